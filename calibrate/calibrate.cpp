@@ -63,7 +63,8 @@ StudySummary summarize(const Study& study, CalibrationResult& result, Journal& j
   s.verdict = result.verdict;
   s.headline = result.headline;
   s.table = render_table(study, result);
-  s.json = render_json(study, result);
+  s.document = study_document(study, result);
+  s.json = render_json(s.document);
   s.directory = directory;
   const fs::path folder(directory);
   for (const JournalRun& run : runs) {

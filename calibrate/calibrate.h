@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "calibrate/output/study_document.h"
 #include "calibrate/output/study_verdict.h"
 #include "calibrate/study/record_options.h"
 #include "experiments/batch/batch_folder.h"
@@ -31,7 +32,8 @@ struct StudySummary {
   StudyVerdict verdict = StudyVerdict::interrupted;
   std::string headline;  // one sentence
   std::string table;     // text: the result with uncertainties; ends in a new line
-  std::string json;      // the same for programs; also results.json in the directory
+  StudyDocument document;
+  std::string json;  // the text of `document`; also results.json in the directory
   std::string directory;
   std::optional<MaterialRecord> record;  // of StudyOptions::save; not yet in a database
   std::string not_saved;                 // why `record` is empty

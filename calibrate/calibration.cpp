@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "calibrate/inference/repeats.h"
@@ -314,28 +313,25 @@ void Calibration::report_estimate() const {
   const std::vector<double> values = allowed_values(study_.constraints, study_.parameters, best_);
   std::vector<std::string> regions, determined;
   if (study_.chosen) regions.push_back(study_.chosen_text());
-  nlohmann::ordered_json j = {{"best", nlohmann::ordered_json::object()},
-                              {"determined", nlohmann::ordered_json::array()}};
+  BatchKnowledge known;
   for (std::size_t i = 0; i < values.size(); ++i) {
     const Parameter& p = study_.parameters[i];
     const Marginal& m = a_.posterior->marginals[i];
     regions.push_back(fmt::format("{} = {} ({} to {})", p.name, p.text(values[i]), p.text(m.low),
                                   p.text(m.high)));
-    j["best"][p.name] = {{"value", values[i]}, {"low", m.low}, {"high", m.high}, {"unit", p.unit}};
+    known.best.push_back({p.name, {values[i], m.low, m.high, p.unit}});
   }
   for (const Combination& c : combinations(study_, *a_.models, best_)) {
     if (!c.identifiable) continue;
-    const std::string text = combination_text(study_, c);
-    determined.push_back(fmt::format("{} = {:.3g} ± {:.2g}", text, c.value, c.sd));
-    j["determined"].push_back({{"combination", text}, {"value", c.value}, {"uncertainty", c.sd}});
+    known.determined.push_back({combination_text(study_, c), c.value, c.sd});
+    determined.push_back(known.determined.back().text());
   }
-  for (const Target& t : study_.targets)
-    j["targets"].push_back({{"response", t.response.name}, {"value", t.value}});
+  for (const Target& t : study_.targets) known.targets.push_back({t.response.name, t.value});
   progress_.knowledge(
       fmt::format(
           "  best so far: {}\n  determined: {}", fmt::join(regions, ", "),
           determined.empty() ? "nothing yet" : fmt::format("{}", fmt::join(determined, "; "))),
-      j.dump());
+      known);
 }
 
 // Decides, and says why not: from the runs alone, so that a resumed study decides alike.

@@ -2,219 +2,155 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
+#include <cmath>
 
 #include "experiments/storage/version.h"
-#include "experiments/text/vector_json.h"
 #include "firn/contact_model.h"
 #include "validation/validate.h"
+#include "validation/validation_document.h"
 
 namespace firn {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Document = ValidationDocument;
 
-Json numbers(const std::vector<double>& values) {
-  Json j = Json::array();
-  for (const double v : values) j.push_back(number_json(v));
-  return j;
-}
+Document::Interval ends_of(const Interval& i) { return {i.low, i.high}; }
 
-Json interval(const Interval& i) { return {number_json(i.low), number_json(i.high)}; }
-
-Json value_json(const ValueComparison& v) {
-  Json j = {{"unit", v.unit},
-            {"simulated", number_json(v.simulation.mean)},
-            {"standard_deviation", number_json(v.simulation.deviation)},
-            {"runs", v.simulation.count},
-            {"samples", numbers(v.samples)},
-            {"measured", number_json(v.measured)},
-            {"comparison_error", number_json(v.difference)},
-            {"validation_uncertainty", number_json(v.uncertainty)},
-            {"expanded_uncertainty", number_json(v.expanded)},
-            {"simulated_expanded", number_json(v.simulated_expanded)},
-            {"measured_expanded", number_json(v.measured_expanded)},
-            {"p_value", number_json(v.p_value)}};
+Document::Value value_of(const ValueComparison& v) {
+  Document::Value d;
+  d.unit = v.unit;
+  d.simulated = v.simulation.mean;
+  d.standard_deviation = v.simulation.deviation;
+  d.runs = static_cast<int>(v.simulation.count);
+  d.samples = v.samples;
+  d.measured = v.measured;
+  d.comparison_error = v.difference;
+  d.validation_uncertainty = v.uncertainty;
+  d.expanded_uncertainty = v.expanded;
+  d.simulated_expanded = v.simulated_expanded;
+  d.measured_expanded = v.measured_expanded;
+  d.p_value = v.p_value;
   for (const UncertaintyComponent& p : v.components)
-    j["components"].push_back({{"name", p.name},
-                               {"value", p.value ? number_json(*p.value) : Json(nullptr)},
-                               {"degrees_of_freedom", number_json(p.freedom)},
-                               {"evaluation_method", p.evaluation_method}});
-  j["area_metric"] = v.area ? interval(*v.area) : Json(nullptr);
-  return j;
+    d.components.push_back(
+        {p.name, p.value.value_or(std::nan("")), p.freedom, p.evaluation_method});
+  if (v.area) d.area_metric = ends_of(*v.area);
+  return d;
 }
 
-Json criterion_json(const CriterionResult& r) {
-  return {{"statement", r.criterion.statement},
-          {"relation",
-           fmt::format("{} > {}{}", r.criterion.lhs,
-                       r.criterion.factor == 1 ? "" : fmt::format("{:g} x ", r.criterion.factor),
-                       r.criterion.rhs)},
-          {"rationale", r.criterion.rationale},
-          {"observed_once_in", r.criterion.observed_once_in},
-          {"holds_in", r.holds},
-          {"runs", r.runs},
-          {"probability_90", interval(r.probability)},
-          {"verdict", to_string(r.verdict)},
-          {"lhs", numbers(r.lhs)},
-          {"rhs", numbers(r.rhs)},
-          {"unit", r.unit}};
+Document::CriterionRow criterion_of(const CriterionResult& r) {
+  return {r.criterion.statement,
+          fmt::format("{} > {}{}", r.criterion.lhs,
+                      r.criterion.factor == 1 ? "" : fmt::format("{:g} x ", r.criterion.factor),
+                      r.criterion.rhs),
+          r.criterion.rationale,
+          r.criterion.observed_once_in,
+          r.holds,
+          r.runs,
+          ends_of(r.probability),
+          to_string(r.verdict),
+          r.lhs,
+          r.rhs,
+          r.unit};
 }
 
-Json distribution_json(const DistributionResult& d) {
-  Json j = {{"response", d.response},
-            {"unit", d.unit},
-            {"by_class", d.by_class},
-            {"classes", d.classes},
-            {"measured", numbers(d.measured)},
-            {"simulated", numbers(d.simulated)},
-            {"deviation", numbers(d.deviation)},
-            {"verdict", to_string(d.verdict)}};
-  for (const auto& [key, of] :
-       {std::pair{"measured_passed", CensoredTimes{d.measured, d.measured_at_least}},
-        std::pair{"simulated_passed", CensoredTimes{d.simulated, d.simulated_at_least}}}) {
-    if (d.by_class || of.inside.empty()) continue;
-    const EmpiricalCdf s = kaplan_meier(of);
-    j[key] = {{"x", numbers(s.x)},
-              {"share", numbers(s.share)},
-              {"error", numbers(s.error)},
-              {"still_inside", of.inside.size()}};
-  }
-  if (d.measured.empty()) return j;
-  j["distance"] = number_json(d.distance);
-  j["p_value"] = number_json(d.p_value);
-  j["critical_distance"] = d.critical > 1 ? Json(nullptr) : number_json(d.critical);
-  j["dependent"] = d.dependent;
-  if (d.by_class) j["dispersion"] = number_json(d.dispersion);
-  j["value_apart"] = d.apart ? number_json(*d.apart) : Json(nullptr);
-  if (!d.by_class)
-    j["area"] = {{"value", number_json(d.area)}, {"p_value", number_json(d.area_p_value)}};
-  return j;
+std::optional<Document::Passed> passed_of(const std::vector<double>& times,
+                                          const std::vector<double>& at_least, bool by_class) {
+  if (by_class || at_least.empty()) return std::nullopt;
+  const EmpiricalCdf s = kaplan_meier({times, at_least});
+  return Document::Passed{s.x, s.share, s.error, at_least.size()};
 }
 
-Json probability_json(const BreakageProbability& p) {
-  return {{"each", interval(p.each)},
-          {"each_best", number_json(p.each_best)},
-          {"any", interval(p.any)},
-          {"any_best", number_json(p.any_best)}};
+Document::Distribution distribution_of(const DistributionResult& r) {
+  Document::Distribution d;
+  d.response = r.response;
+  d.unit = r.unit;
+  d.by_class = r.by_class;
+  d.classes = r.classes;
+  d.measured = r.measured;
+  d.simulated = r.simulated;
+  d.deviation = r.deviation;
+  d.verdict = to_string(r.verdict);
+  d.measured_passed = passed_of(r.measured, r.measured_at_least, r.by_class);
+  d.simulated_passed = passed_of(r.simulated, r.simulated_at_least, r.by_class);
+  if (r.measured.empty()) return d;
+  d.distance = r.distance;
+  d.p_value = r.p_value;
+  d.critical_distance = r.critical > 1 ? std::nan("") : r.critical;
+  d.dependent = r.dependent;
+  if (r.by_class) d.dispersion = r.dispersion;
+  d.value_apart = r.apart.value_or(std::nan(""));
+  if (!r.by_class) d.area = {r.area, r.area_p_value};
+  return d;
 }
 
-Json breakage_json(const BreakageResult& d) {
-  return {{"response", d.response},
-          {"particles", d.particles},
-          {"largest", number_json(d.largest)},
-          {"median", number_json(d.median)},
-          {"distribution_free", probability_json(d.free)},
-          {"weibull", probability_json(d.weibull)},
-          {"loads", numbers(d.loads)}};
+Document::Probability probability_of(const BreakageProbability& p) {
+  return {ends_of(p.each), p.each_best, ends_of(p.any), p.any_best};
 }
 
-Json stiffness_scaling_json(const StiffnessScalingResult& s) {
-  return {{"response", s.response},
-          {"unit", s.unit},
-          {"modulus", numbers(s.modulus)},
-          {"mean", numbers(s.mean)},
-          {"error", numbers(s.error)},
-          {"runs", s.runs},
-          {"exponent", number_json(s.exponent)},
-          {"exponent_error", number_json(s.exponent_error)},
-          {"extrapolated_95", interval(s.extrapolated)},
-          {"extrapolation_factor", number_json(s.extrapolation_factor)},
-          {"interpretation", s.interpretation}};
+Document::Curve curve_of(const CurveComparison& c) {
+  return {c.x_name,          c.x_unit,  c.y_name,   c.y_unit,         c.runs,
+          c.repeats,         c.x,       c.measured, c.measured_error, c.simulated,
+          c.simulated_error, c.shift,   c.range,    c.difference,     c.uncertainty,
+          c.expanded,        c.largest, c.at};
 }
 
-Json curve_json(const CurveComparison& c) {
-  return {{"x_name", c.x_name},
-          {"x_unit", c.x_unit},
-          {"y_name", c.y_name},
-          {"unit", c.y_unit},
-          {"runs", c.runs},
-          {"repeats", c.repeats},
-          {"x", numbers(c.x)},
-          {"measured", numbers(c.measured)},
-          {"measured_error", numbers(c.measured_error)},
-          {"simulated", numbers(c.simulated)},
-          {"simulated_error", numbers(c.simulated_error)},
-          {"shift", number_json(c.shift)},
-          {"range", number_json(c.range)},
-          {"comparison_error", number_json(c.difference)},
-          {"validation_uncertainty", number_json(c.uncertainty)},
-          {"expanded_uncertainty", number_json(c.expanded)},
-          {"largest", number_json(c.largest)},
-          {"at", number_json(c.at)}};
-}
-
-Json variant_json(const VariantEffect& c) {
-  return {{"response", c.response},
-          {"unit", c.unit},
-          {"variant", c.variant},
-          {"seeds", c.seeds},
-          {"before", number_json(c.before)},
-          {"after", number_json(c.after)},
-          {"error", number_json(c.error)}};
-}
-
-Json comparison_json(const Comparison& c) {
-  Json j = {{"name", c.name},
-            {"title", c.title},
-            {"note", c.note},
-            {"kind", to_string(c.kind)},
-            {"experiment", c.experiment},
-            {"parameter_set", c.parameter_set},
-            {"verdict", to_string(c.verdict)},
-            {"headline", c.headline},
-            {"recommended_action", c.recommended_action},
-            {"measurement", c.measurement},
-            {"measurement_status", c.measurement_status},
-            {"code_to_code", c.code_to_code},
-            {"caveats", c.caveats},
-            {"runs", c.runs},
-            {"finished", c.finished}};
+Document::ComparisonRow comparison_of(const Comparison& c) {
+  Document::ComparisonRow d;
+  d.name = c.name;
+  d.title = c.title;
+  d.note = c.note;
+  d.kind = to_string(c.kind);
+  d.experiment = c.experiment;
+  d.parameter_set = c.parameter_set;
+  d.verdict = to_string(c.verdict);
+  d.headline = c.headline;
+  d.recommended_action = c.recommended_action;
+  d.measurement = c.measurement;
+  d.measurement_status = c.measurement_status;
+  d.code_to_code = c.code_to_code;
+  d.caveats = c.caveats;
+  d.runs = c.runs;
+  d.finished = c.finished;
   for (const AssumptionResult& a : c.assumptions)
-    j["assumptions"].push_back({{"name", a.name},
-                                {"runs", a.runs},
-                                {"outcome", a.outcome},
-                                {"changes_the_verdict", a.changes}});
-  if (c.value) j["value"] = value_json(*c.value);
-  for (const CriterionResult& r : c.criteria) j["criteria"].push_back(criterion_json(r));
-  if (c.distribution) j["distribution"] = distribution_json(*c.distribution);
-  for (const BreakageResult& d : c.breakage) j["breakage"].push_back(breakage_json(d));
+    d.assumptions.push_back({a.name, a.runs, a.outcome, a.changes});
+  if (c.value) d.value = value_of(*c.value);
+  for (const CriterionResult& r : c.criteria) d.criteria.push_back(criterion_of(r));
+  if (c.distribution) d.distribution = distribution_of(*c.distribution);
+  for (const BreakageResult& b : c.breakage)
+    d.breakage.push_back({b.response, b.particles, b.largest, b.median, probability_of(b.free),
+                          probability_of(b.weibull), b.loads});
   if (c.strength) {
     const Measurement& m = c.breaking_force;
-    j["strength"] = {
-        {"minimum", m.minimum}, {"mean", m.value}, {"maximum", m.maximum}, {"tests", m.repeats}};
-    j["weibull_shape"] = {{"median", c.strength->shape_median},
-                          {"interval_95", interval(c.strength->shape_95)}};
+    d.strength = {m.minimum, m.value, m.maximum, m.repeats};
+    d.weibull_shape = {c.strength->shape_median, ends_of(c.strength->shape_95)};
   }
   for (const StiffnessScalingResult& s : c.stiffness_scaling)
-    j["stiffness_scaling"].push_back(stiffness_scaling_json(s));
-  for (const VariantEffect& r : c.variants) j["numerical_variants"].push_back(variant_json(r));
-  if (c.curve) j["curve"] = curve_json(*c.curve);
-  return j;
+    d.stiffness_scaling.push_back({s.response, s.unit, s.modulus, s.mean, s.error, s.runs,
+                                   s.exponent, s.exponent_error, ends_of(s.extrapolated),
+                                   s.extrapolation_factor, s.interpretation});
+  for (const VariantEffect& r : c.variants)
+    d.numerical_variants.push_back(
+        {r.response, r.unit, r.variant, r.seeds, r.before, r.after, r.error});
+  if (c.curve) d.curve = curve_of(*c.curve);
+  return d;
 }
 
-Json experiment_json(const Validation& v, std::size_t e) {
+Document::ExperimentRow experiment_of(const Validation& v, std::size_t e) {
   const SuiteExperiment& experiment = v.suite.experiments[e];
-  Json j = {{"name", experiment.name}, {"case", experiment.case_file}};
+  Document::ExperimentRow d{experiment.name, experiment.case_file, {}};
   for (const RunGroup& group : v.groups) {
     if (group.experiment != e) continue;
     for (std::size_t i = 0; i < group.results.size(); ++i) {
       const JobResult& r = group.results[i];
-      j["runs"].push_back({{"key", group.keys[i]},
-                           {"parameter_set", v.suite.parameter_sets[group.parameter_set].name},
-                           {"purpose", to_string(group.purpose)},
-                           {"setting", group.setting},
-                           {"variant", group.purpose == RunGroup::Purpose::variant
-                                           ? experiment.variants[group.variant].name
-                                           : ""},
-                           {"seed", group.seeds[i]},
-                           {"status", to_string(r.status)},
-                           {"reason", r.reason},
-                           {"wall", r.wall},
-                           {"results_file", r.results_file}});
+      d.runs.push_back({group.keys[i], v.suite.parameter_sets[group.parameter_set].name,
+                        to_string(group.purpose), group.setting,
+                        group.purpose == RunGroup::Purpose::variant
+                            ? experiment.variants[group.variant].name
+                            : "",
+                        group.seeds[i], to_string(r.status), r.reason, r.wall, r.results_file});
     }
   }
-  return j;
+  return d;
 }
 
 }  // namespace
@@ -255,29 +191,34 @@ std::string render_table(const Validation& v) {
 }
 
 std::string render_json(const Validation& v) {
-  Json j = {{"kind", "validation"},
-            {"name", v.suite.name},
-            {"title", v.suite.title},
-            {"note", v.suite.note},
-            {"suite_file", v.suite.source},
-            {"suite", v.suite.text},
-            {"command", v.command},
-            {"firn_version", firn_version()},
-            {"git_commit", firn_git_commit()},
-            {"contact_model", kContactModel}};
-  for (const ParameterSet& p : v.suite.parameter_sets) {
-    Json set = Json::object();
-    for (const auto& [key, value] : p.set) set[key] = value;
-    j["parameter_sets"].push_back({{"name", p.name},
-                                   {"note", p.note},
-                                   {"material", p.material},
-                                   {"set", set},
-                                   {"samples", p.samples}});
-  }
+  ValidationDocument d;
+  d.name = v.suite.name;
+  d.title = v.suite.title;
+  d.note = v.suite.note;
+  d.suite_file = v.suite.source;
+  d.suite = v.suite.text;
+  d.command = v.command;
+  d.firn_version = firn_version();
+  d.git_commit = firn_git_commit();
+  d.contact_model = kContactModel;
+  for (const ParameterSet& p : v.suite.parameter_sets)
+    d.parameter_sets.push_back({p.name, p.note, p.material, p.set, p.samples});
   for (std::size_t e = 0; e < v.suite.experiments.size(); ++e)
-    j["experiments"].push_back(experiment_json(v, e));
-  for (const Comparison& c : v.comparisons) j["comparisons"].push_back(comparison_json(c));
-  return j.dump(1, ' ', false, Json::error_handler_t::replace);
+    d.experiments.push_back(experiment_of(v, e));
+  for (const Comparison& c : v.comparisons) d.comparisons.push_back(comparison_of(c));
+  return JsonFieldWriter::json_of(d).dump(1, ' ', false,
+                                          nlohmann::ordered_json::error_handler_t::replace);
+}
+
+ValidationDocument read_validation_document(const std::string& results_file) {
+  const nlohmann::ordered_json json =
+      read_results_json(results_file, "the results of a validation");
+  if (!json.is_object() || json.value("kind", nlohmann::ordered_json()) != "validation")
+    throw InputError(
+        fmt::format("{}: is no result of a validation; expected the results.json that firn "
+                    "validate writes",
+                    results_file));
+  return document_from_json<ValidationDocument>(json, results_file);
 }
 
 }  // namespace firn

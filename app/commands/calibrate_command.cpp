@@ -121,8 +121,8 @@ void save(const MaterialRecord& record, MaterialDatabase& database) {
 }
 
 // The answer and where the report is, one line each.
-std::string conclusion(const std::string& json, const std::string& page) {
-  std::vector<page::Fact> facts = study_estimate(Json::parse(json));
+std::string conclusion(const StudyDocument& results, const std::string& page) {
+  std::vector<page::Fact> facts = study_estimate(results);
   if (!page.empty()) facts.push_back({"Report", page});
   std::string text;
   for (const page::Fact& fact : facts)
@@ -149,7 +149,7 @@ int run_study(const CalibrateArguments& a) {
     print_lines(stdout, "{}\n", summary.json);
   } else {
     print_lines(stdout, "{}\n{}\n{}", summary.table, summary.headline,
-                ended ? conclusion(summary.json, page) : "");
+                ended ? conclusion(summary.document, page) : "");
     print_lines(stderr, "Everything about this study is in {}\n", summary.directory);
   }
   if (!summary.not_saved.empty()) {

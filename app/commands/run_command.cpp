@@ -294,7 +294,7 @@ int run_case(const RunArguments& a) {
     trace.emplace(c, traced);
     options.each_step = [&](const Solver& solver, bool last) { trace->add_step(solver, last); };
   }
-  const RunSummary summary = resuming ? resume(a.resume_file, options) : run(c, options);
+  const RunSummary summary = resuming ? resume(a.resume_file, options, &c) : run(c, options);
   meter.finish();
   if (trace) trace->close();
   if (!summary.renamed_earlier_file.empty()) {

@@ -2,18 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
-
 #include "experiments/batch/batch_folder.h"
 #include "experiments/batch/batch_state.h"
 #include "experiments/system/output_file.h"
 #include "experiments/system/terminal.h"
+#include "experiments/text/json_fields.h"
 #include "firn/math.h"
 #include "reports/documents/batch_page.h"
 #include "reports/documents/run_page.h"
 #include "reports/documents/study_page.h"
 #include "reports/documents/sweep_page.h"
-#include "reports/html/json_values.h"
 
 namespace firn {
 namespace {
@@ -47,7 +45,9 @@ page::Page report_page(const std::string& path, const ValidationPageOptions& opt
         "{}: does not exist; expected RUN.h5, the folder of a study, a validation or a sweep, "
         "or its results.json",
         source.string()));
-  const Json json = read_results_json(source.string());
+  using Json = nlohmann::ordered_json;
+  const Json json =
+      read_results_json(source.string(), "the results.json of a study, a validation or a sweep");
   if (json.is_object() && json.value("kind", Json()) == "sweep") return sweep_page(source.string());
   const bool study = json.is_object() && json.contains("study");
   return study ? study_page(source.string()) : validation_page(source.string(), options);

@@ -13,6 +13,7 @@
 #include "calibrate/inference/outliers.h"
 #include "calibrate/inference/posterior_predictive.h"
 #include "calibrate/numerics/sobol_indices.h"
+#include "calibrate/output/study_document.h"
 #include "calibrate/output/study_verdict.h"
 
 namespace firn {
@@ -135,7 +136,7 @@ struct CalibrationResult {
 // Rendering: result_table.cpp, result_json.cpp.
 std::string combination_text(const Study& study, const Combination& combination);
 std::string render_table(const Study& study, const CalibrationResult& result);
-std::string render_json(const Study& study, const CalibrationResult& result);
+StudyDocument study_document(const Study& study, const CalibrationResult& result);
 // All samples of the posterior (there must be one): parameters in their units, weights that add up
 // to 1, and the logarithm of the density over the unit cube up to a constant.
 std::string render_posterior_csv(const Study& study, const CalibrationResult& result);

@@ -1,345 +1,327 @@
-// The result of a study as JSON.
+// The result of a study as JSON and CSV.
+#include <fmt/format.h>
+
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "calibrate/output/calibration_result.h"
+#include "calibrate/output/study_document.h"
 #include "calibrate/output/text_format.h"
 #include "experiments/storage/version.h"
 #include "experiments/system/text_encoding.h"
-#include "experiments/text/vector_json.h"
 #include "firn/contact_model.h"
 
 namespace firn {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Document = StudyDocument;
 
-Json named_values(const Study& study, const std::vector<double>& values) {
-  Json j = Json::object();
-  for (std::size_t i = 0; i < values.size(); ++i) j[study.parameters[i].name] = values[i];
-  return j;
+std::vector<double> list_of(const Eigen::VectorXd& v) { return {v.begin(), v.end()}; }
+
+NamedValues<double> named_values(const Study& study, const std::vector<double>& values) {
+  NamedValues<double> named;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    named.emplace_back(study.parameters[i].name, values[i]);
+  return named;
 }
 
-Json split_json(const VarianceSplit& s) {
-  Json j = {{"measurement", std::sqrt(s.measurement)},
-            {"seed_noise", std::sqrt(s.seeds)},
-            {"surrogate", std::sqrt(s.surrogate)}};
-  if (s.discrepancy > 0) j["discrepancy"] = std::sqrt(s.discrepancy);
-  return j;
+Document::VarianceParts parts_of(const VarianceSplit& s) {
+  Document::VarianceParts parts{
+      std::sqrt(s.measurement), std::sqrt(s.seeds), std::sqrt(s.surrogate), {}};
+  if (s.discrepancy > 0) parts.discrepancy = std::sqrt(s.discrepancy);
+  return parts;
 }
 
-Json checked_json(const Study& study, const CheckedSet& set) {
-  Json j = {{"name", set.name}, {"parameters", named_values(study, set.values)}};
+Document::Set set_of(const Study& study, const CheckedSet& set) {
+  Document::Set d;
+  d.name = set.name;
+  d.parameters = named_values(study, set.values);
   for (std::size_t k = 0; k < set.predicted.size(); ++k)
-    j["fit"][study.targets[k].response.label] = {
-        {"value", set.predicted[k].mean},
-        {"uncertainty", std::sqrt(set.predicted[k].variance)},
-        {"unit", study.targets[k].unit}};
+    d.fit.push_back(
+        {study.targets[k].response.label,
+         {set.predicted[k].mean, std::sqrt(set.predicted[k].variance), study.targets[k].unit}});
   if (set.hpd_level) {
-    j["hpd_level"] = *set.hpd_level;
-    j["inside_95_region"] = *set.hpd_level <= 0.95;
+    d.hpd_level = set.hpd_level;
+    d.inside_95_region = *set.hpd_level <= 0.95;
   }
-  if (!set.run()) return j;
-  j["runs"] = {{"finished", set.finished},
-               {"arched", set.arched},
-               {"failed", set.failed},
-               {"cut_short", set.cut_short}};
+  if (!set.run()) return d;
+  d.runs = {set.finished, set.arched, set.failed, set.cut_short};
   for (const Observation& o : set.observed)
-    j["simulated"][o.response] = {
-        {"value", o.sample.count > 0 ? number_json(o.sample.mean) : nullptr},
-        {"standard_error", number_json(o.standard_error)},
-        {"sd_over_seeds", number_json(o.sample.sd())},
-        {"seeds", o.sample.count},
-        {"unit", o.unit}};
-  return j;
+    d.simulated.push_back({o.response,
+                           {o.sample.count > 0 ? o.sample.mean : std::nan(""), o.standard_error,
+                            o.sample.sd(), o.sample.count, o.unit}});
+  return d;
 }
 
-Json model_json(const ResponseModel& m) {
-  Json lengths = Json::array();
-  for (const double length : m.surrogate.best.lengths()) lengths.push_back(length);
-  return {{"response", m.response.label},
-          {"unit", m.unit},
-          {"surrogate", m.surrogate.best.form().describe()},
-          {"discrepancy_sd", m.surrogate.best.discrepancy_sd()},
-          {"lengths", lengths},
-          {"cross_check", m.surrogate.other.form().describe()},
-          {"points", m.samples.size()},
-          {"largest_leave_one_out_z", m.largest_leave_one_out_z},
-          {"passes_cross_validation", m.passes_cross_validation()},
-          {"seed_noise",
-           {{"sd", m.noise.sd},
-            {"relative", m.noise.relative},
-            {"degrees_of_freedom", m.noise.degrees_of_freedom},
-            {"uniform", m.local_noise.uniform()}}}};
+std::vector<Document::Set> sets_of(const Study& study, const std::vector<CheckedSet>& sets) {
+  std::vector<Document::Set> all;
+  for (const CheckedSet& set : sets) all.push_back(set_of(study, set));
+  return all;
 }
 
-Json parameters_json(const Study& study, const CalibrationResult& a) {
-  Json all = Json::array();
+Document::Model model_of(const ResponseModel& m) {
+  Document::Model d;
+  d.response = m.response.label;
+  d.unit = m.unit;
+  d.surrogate = m.surrogate.best.form().describe();
+  d.discrepancy_sd = m.surrogate.best.discrepancy_sd();
+  d.lengths = list_of(m.surrogate.best.lengths());
+  d.cross_check = m.surrogate.other.form().describe();
+  d.points = m.samples.size();
+  d.largest_leave_one_out_z = m.largest_leave_one_out_z;
+  d.passes_cross_validation = m.passes_cross_validation();
+  d.seed_noise = {m.noise.sd, m.noise.relative, m.noise.degrees_of_freedom,
+                  m.local_noise.uniform()};
+  return d;
+}
+
+std::vector<Document::Parameter> parameters_of(const Study& study, const CalibrationResult& a) {
+  std::vector<Document::Parameter> all;
   for (std::size_t i = 0; i < study.parameters.size(); ++i) {
     const Parameter& p = study.parameters[i];
-    Json j = {{"name", p.name},
-              {"keys", p.keys},
-              {"min", p.min},
-              {"max", p.max},
-              {"unit", p.unit.empty() ? "1" : p.unit},
-              {"scale", p.logarithmic ? "log" : "linear"}};
-    if (p.prior_mean) j["prior"] = {{"mean", *p.prior_mean}, {"sd", *p.prior_sd}};
+    Document::Parameter& d = all.emplace_back();
+    d.name = p.name;
+    d.keys = p.keys;
+    d.min = p.min;
+    d.max = p.max;
+    d.unit = p.unit.empty() ? "1" : p.unit;
+    d.scale = p.logarithmic ? "log" : "linear";
+    if (p.prior_mean) d.prior = {*p.prior_mean, *p.prior_sd};
     if (a.posterior) {
       const Marginal& m = a.posterior->marginals[i];
-      j["median"] = m.median;
-      j["interval_68"] = {m.low_68, m.high_68};
-      j["interval_95"] = {m.low, m.high};
-      j["posterior_to_prior_sd"] = m.posterior_to_prior_sd;
-      j["at_min"] = m.at_min;
-      j["at_max"] = m.at_max;
+      d.median = m.median;
+      d.interval_68 = {m.low_68, m.high_68};
+      d.interval_95 = {m.low, m.high};
+      d.posterior_to_prior_sd = m.posterior_to_prior_sd;
+      d.at_min = m.at_min;
+      d.at_max = m.at_max;
     }
     if (i < a.profiles.size()) {
       const Profile& profile = a.profiles[i];
-      Json values = Json::array(), cost = Json::array();
-      for (const double u : profile.u) values.push_back(p.from_unit(u));
-      for (const double c : profile.cost) cost.push_back(number_json(c));
-      j["profile"] = {{"interval_95", {profile.low, profile.high}},
-                      {"values", values},
-                      {"minus_twice_log_likelihood", cost}};
+      d.profile = {{profile.low, profile.high}, {}, profile.cost};
+      for (const double u : profile.u) d.profile->values.push_back(p.from_unit(u));
     }
-    all.push_back(j);
   }
   return all;
 }
 
-Json goodness_json(const Study& study, const GoodnessOfFit& g) {
-  Json j = {{"chi_square", number_json(g.chi_square)},
-            {"degrees_of_freedom", g.freedom},
-            {"probability", g.probability},
-            {"acceptable", g.acceptable()}};
+Document::Goodness goodness_of(const Study& study, const GoodnessOfFit& g) {
+  Document::Goodness d{g.chi_square, g.freedom, g.probability, g.acceptable(), {}};
   for (std::size_t k = 0; k < g.z.size(); ++k)
-    j["standardized_residuals"][study.targets[k].response.label] = number_json(g.z[k]);
-  return j;
+    d.standardized_residuals.emplace_back(study.targets[k].response.label, g.z[k]);
+  return d;
 }
 
-Json marginals_json(const Study& study, const std::vector<Marginal>& marginals) {
-  Json j = Json::object();
+NamedValues<Document::Marginal> marginals_of(const Study& study,
+                                             const std::vector<Marginal>& marginals) {
+  NamedValues<Document::Marginal> all;
   for (std::size_t i = 0; i < study.parameters.size(); ++i) {
     const Marginal& m = marginals[i];
-    j[study.parameters[i].name] = {{"median", m.median},
-                                   {"interval_68", {m.low_68, m.high_68}},
-                                   {"interval_95", {m.low, m.high}}};
-  }
-  return j;
-}
-
-Json curve_json(const CurveTarget& c, const CurveBasis& basis) {
-  const auto list = [](const auto& v) { return std::vector<double>(v.begin(), v.end()); };
-  Json components = Json::array();
-  for (Eigen::Index k = 0; k < basis.components.cols(); ++k)
-    components.push_back(list(Eigen::VectorXd(basis.components.col(k))));
-  return {{"curve", c.label},
-          {"unit", c.unit},
-          {"x_unit", c.x_unit},
-          {"uncertainty", c.uncertainty},
-          {"explained_variance", basis.explained},
-          {"simulated_rest", basis.simulated_rest},
-          {"single_run_rest", basis.run_rest},
-          {"recorded_rest", basis.recorded_rest},
-          {"x", list(c.x)},
-          {"recorded", list(c.y)},
-          {"simulated_mean", list(basis.mean)},
-          {"components", components}};
-}
-
-Json choices_json(const Study& study, const CalibrationResult& a) {
-  Json all = Json::array();
-  for (const ChoiceOutcome& c : a.choices) {
-    Json j = {{"choice", c.label},
-              {"prior", c.prior},
-              {"probability", c.probability ? number_json(*c.probability) : nullptr},
-              {"verdict", to_string(c.verdict)},
-              {"headline", c.headline}};
-    if (c.goodness) j["goodness_of_fit"] = goodness_json(study, *c.goodness);
-    if (!c.best.empty()) j["estimate"] = named_values(study, c.best);
-    if (!c.marginals.empty()) j["parameters"] = marginals_json(study, c.marginals);
-    all.push_back(j);
-  }
-  return {{"parameter", study.choice->name},
-          {"keys", study.choice->keys},
-          {"best", a.choices[a.best_choice].label},
-          {"choices", all}};
-}
-
-Json combinations_json(const Study& study, const CalibrationResult& a) {
-  Json all = Json::array();
-  for (const Combination& c : a.combinations) {
-    Json terms = Json::array();
-    for (std::size_t i = 0; i < study.parameters.size(); ++i)
-      terms.push_back({{"parameter", study.parameters[i].name},
-                       {"of", study.parameters[i].logarithmic ? "logarithm" : "value"},
-                       {"coefficient", c.coefficients[static_cast<Eigen::Index>(i)]}});
-    Json j = {{"identifiable", c.identifiable},
-              {"terms", terms},
-              {"value", c.identifiable ? number_json(c.value) : nullptr},
-              {"uncertainty", c.identifiable ? number_json(c.uncertainty()) : nullptr},
-              {"uncertainty_near_estimate", c.identifiable ? number_json(c.sd) : nullptr},
-              {"spread_over_posterior", c.spread},
-              {"singular_value", c.singular_value}};
-    if (c.identifiable) j["split"] = split_json(c.split);
-    all.push_back(j);
+    all.push_back({study.parameters[i].name, {m.median, {m.low_68, m.high_68}, {m.low, m.high}}});
   }
   return all;
 }
 
-Json distribution_json(const PredictiveDistribution& d) {
-  return {{"quantiles", d.quantiles},
-          {"histogram", {{"edges", d.edges}, {"probability", d.probability}}}};
+Document::Curve curve_of(const CurveTarget& c, const CurveBasis& basis) {
+  Document::Curve d;
+  d.label = c.label;
+  d.unit = c.unit;
+  d.x_unit = c.x_unit;
+  d.uncertainty = c.uncertainty;
+  d.explained_variance = basis.explained;
+  d.simulated_rest = basis.simulated_rest;
+  d.single_run_rest = basis.run_rest;
+  d.recorded_rest = basis.recorded_rest;
+  d.x = list_of(c.x);
+  d.recorded = list_of(c.y);
+  d.simulated_mean = list_of(basis.mean);
+  for (Eigen::Index k = 0; k < basis.components.cols(); ++k)
+    d.components.push_back(list_of(basis.components.col(k)));
+  return d;
 }
 
-Json targets_json(const Study& study, const CalibrationResult& a) {
-  Json all = Json::array();
+Document::Choices choices_of(const Study& study, const CalibrationResult& a) {
+  Document::Choices d{study.choice->name, study.choice->keys, a.choices[a.best_choice].label, {}};
+  for (const ChoiceOutcome& c : a.choices) {
+    Document::Choices::Choice& one = d.choices.emplace_back();
+    one.label = c.label;
+    one.prior = c.prior;
+    one.probability = c.probability.value_or(std::nan(""));
+    one.verdict = to_string(c.verdict);
+    one.headline = c.headline;
+    if (c.goodness) one.goodness_of_fit = goodness_of(study, *c.goodness);
+    one.estimate = named_values(study, c.best);
+    if (!c.marginals.empty()) one.parameters = marginals_of(study, c.marginals);
+  }
+  return d;
+}
+
+std::vector<Document::Combination> combinations_of(const Study& study, const CalibrationResult& a) {
+  std::vector<Document::Combination> all;
+  for (const Combination& c : a.combinations) {
+    Document::Combination& d = all.emplace_back();
+    d.identifiable = c.identifiable;
+    for (std::size_t i = 0; i < study.parameters.size(); ++i)
+      d.terms.push_back({study.parameters[i].name,
+                         study.parameters[i].logarithmic ? "logarithm" : "value",
+                         c.coefficients[static_cast<Eigen::Index>(i)]});
+    d.spread_over_posterior = c.spread;
+    d.singular_value = c.singular_value;
+    if (!c.identifiable) continue;
+    d.value = c.value;
+    d.uncertainty = c.uncertainty();
+    d.uncertainty_near_estimate = c.sd;
+    d.split = parts_of(c.split);
+  }
+  return all;
+}
+
+Document::Distribution distribution_of(const PredictiveDistribution& d) {
+  return {{d.quantiles.begin(), d.quantiles.end()}, {d.edges, d.probability}};
+}
+
+std::vector<Document::Target> targets_of(const Study& study, const CalibrationResult& a) {
+  std::vector<Document::Target> all;
   for (std::size_t k = 0; k < study.targets.size(); ++k) {
     const Target& t = study.targets[k];
-    Json j = {{"response", t.response.label},
-              {"value", t.value},
-              {"uncertainty", t.uncertainty},
-              {"unit", t.unit},
-              {"source", t.source}};
-    if (t.discrepancy > 0) j["discrepancy"] = t.discrepancy;
+    Document::Target& d = all.emplace_back();
+    d.response = t.response.label;
+    d.value = t.value;
+    d.uncertainty = t.uncertainty;
+    d.unit = t.unit;
+    d.source = t.source;
+    if (t.discrepancy > 0) d.discrepancy = t.discrepancy;
     if (a.models)
-      j["reach"] = {{"lowest", a.reach[k].lowest},
-                    {"highest", a.reach[k].highest},
-                    {"bracketed", a.reach[k].bracketed},
-                    {"reachable", a.reach[k].reachable}};
+      d.reach = {a.reach[k].lowest, a.reach[k].highest, a.reach[k].bracketed, a.reach[k].reachable};
     if (k < a.split.size()) {
-      j["uncertainty_at_estimate"] = split_json(a.split[k]);
-      j["other_surrogate_at_estimate"] = a.cross_check[k];
+      d.uncertainty_at_estimate = parts_of(a.split[k]);
+      d.other_surrogate_at_estimate = a.cross_check[k];
     }
     if (k < a.predictive.size() && a.predictive[k])
-      j["posterior_predictive"] = {
-          {"probabilities", predictive_probabilities},
-          {"mean_response", distribution_json(a.predictive[k]->mean_response)},
-          {"single_run", distribution_json(a.predictive[k]->single_run)}};
-    all.push_back(j);
+      d.posterior_predictive = {{predictive_probabilities.begin(), predictive_probabilities.end()},
+                                distribution_of(a.predictive[k]->mean_response),
+                                distribution_of(a.predictive[k]->single_run)};
   }
   return all;
 }
 
-Json sensitivity_json(const Study& study, const CalibrationResult& a) {
-  Json all = Json::array();
+std::vector<Document::Sensitivity> sensitivity_of(const Study& study, const CalibrationResult& a) {
+  const auto interval = [](const Eigen::MatrixX2d& ends, Eigen::Index k) {
+    return Document::Interval(ends(k, 0), ends(k, 1));
+  };
+  std::vector<Document::Sensitivity> all;
   for (const Sensitivity& s : a.sensitivity) {
-    Json j = {{"response", s.response}, {"noise_share", number_json(s.noise_share)}};
+    Document::Sensitivity& d = all.emplace_back();
+    d.response = s.response;
+    d.noise_share = s.noise_share;
     for (std::size_t i = 0; i < study.parameters.size(); ++i) {
       const auto k = static_cast<Eigen::Index>(i);
-      j["parameters"][study.parameters[i].name] = {
-          {"first", s.indices.first[k]},
-          {"first_interval_95", {s.indices.first_interval(k, 0), s.indices.first_interval(k, 1)}},
-          {"total", s.indices.total[k]},
-          {"total_interval_95", {s.indices.total_interval(k, 0), s.indices.total_interval(k, 1)}}};
+      d.parameters.push_back({study.parameters[i].name,
+                              {s.indices.first[k], interval(s.indices.first_interval, k),
+                               s.indices.total[k], interval(s.indices.total_interval, k)}});
     }
-    all.push_back(j);
   }
   return all;
 }
 
-Json history_json(const Study& study, const CalibrationResult& a) {
-  Json all = Json::array();
-  for (const EstimateRound& round : a.estimate_history) {
-    all.push_back({{"after", round.after},
-                   {"runs", round.runs},
-                   {"parameters", marginals_json(study, round.marginals)}});
-  }
+std::vector<Document::Round> rounds_of(const Study& study, const CalibrationResult& a) {
+  std::vector<Document::Round> all;
+  for (const EstimateRound& round : a.estimate_history)
+    all.push_back({round.after, static_cast<std::uint64_t>(round.runs),
+                   marginals_of(study, round.marginals)});
   return all;
 }
 
-Json numerics_json(const CalibrationResult& a) {
-  Json all = Json::array();
+std::vector<Document::Numerics> numerics_of(const CalibrationResult& a) {
+  std::vector<Document::Numerics> all;
   for (const NumericsOutcome& n : a.numerics) {
-    Json shifts = Json::object();
+    Document::Numerics& d = all.emplace_back();
+    d.name = n.name;
     for (const NumericsOutcome::Shift& s : n.shifts)
-      shifts[s.response] = {
-          {"shift", s.value}, {"standard_error", number_json(s.standard_error)}, {"unit", s.unit}};
-    all.push_back({{"name", n.name}, {"shifts", shifts}});
+      d.shifts.push_back({s.response, {s.value, s.standard_error, s.unit}});
   }
   return all;
 }
 
-Json advice_json(const CalibrationResult& a) {
-  Json all = Json::array();
+std::vector<Document::Advice> advice_of(const CalibrationResult& a) {
+  std::vector<Document::Advice> all;
   for (const MeasurementValue& m : a.advice) {
-    Json j = {{"response", m.response.label},      {"repeats_a_target", m.repeats_a_target},
-              {"uncertainty", m.uncertainty},      {"unit", m.unit},
-              {"information_bits", m.information}, {"remaining_extent", m.remaining_extent}};
-    if (m.discrepancy > 0) j["discrepancy"] = m.discrepancy;
-    if (m.effort > 0) j["effort_seconds"] = m.effort;
-    all.push_back(j);
+    Document::Advice& d = all.emplace_back();
+    d.response = m.response.label;
+    d.repeats_a_target = m.repeats_a_target;
+    d.uncertainty = m.uncertainty;
+    d.unit = m.unit;
+    d.information_bits = m.information;
+    d.remaining_extent = m.remaining_extent;
+    if (m.discrepancy > 0) d.discrepancy = m.discrepancy;
+    if (m.effort > 0) d.effort_seconds = m.effort;
   }
   return all;
 }
 
 }  // namespace
 
-std::string render_json(const Study& study, const CalibrationResult& a) {
-  Json j = {{"study", study.name},
-            {"verdict", to_string(a.verdict)},
-            {"headline", a.headline},
-            {"firn_version", firn_version()},
-            {"git_commit", firn_git_commit()},
-            {"contact_model", kContactModel},
-            {"targets", targets_json(study, a)},
-            {"parameters", parameters_json(study, a)}};
-  if (!a.choices.empty()) j["choice"] = choices_json(study, a);
+StudyDocument study_document(const Study& study, const CalibrationResult& a) {
+  StudyDocument d;
+  d.study = study.name;
+  d.verdict = to_string(a.verdict);
+  d.headline = a.headline;
+  d.firn_version = firn_version();
+  d.git_commit = firn_git_commit();
+  d.contact_model = kContactModel;
+  d.targets = targets_of(study, a);
+  d.parameters = parameters_of(study, a);
+  if (!a.choices.empty()) d.choice = choices_of(study, a);
   for (std::size_t i = 0; i < a.curves.size(); ++i)
-    j["curves"].push_back(curve_json(study.curves[i], a.curves[i]));
+    d.curves.push_back(curve_of(study.curves[i], a.curves[i]));
   for (const Prior& prior : study.priors) {
-    Json names = Json::array();
-    for (const std::size_t i : prior.parameters) names.push_back(study.parameters[i].name);
-    j["priors"].push_back({{"parameters", names}, {"prior", prior.text}});
+    d.priors.push_back({{}, prior.text});
+    for (const std::size_t i : prior.parameters)
+      d.priors.back().parameters.push_back(study.parameters[i].name);
   }
-  for (const Constraint& c : study.constraints.all) j["constraints"].push_back(c.rule);
-  j["cautions"] = a.caveats;
-  j["outliers"] = Json::array();
+  for (const Constraint& c : study.constraints.all) d.constraints.push_back(c.rule);
+  d.cautions = a.caveats;
   for (const OutlierRun& o : a.outliers)
-    j["outliers"].push_back({{"response", o.response.label},
-                             {"parameters", named_values(study, a.points[o.point].values)},
-                             {"seed", a.points[o.point].seeds[o.seed]},
-                             {"value", o.value},
-                             {"median_of_other_seeds", o.others}});
-  if (!a.best.values.empty()) j["estimate"] = checked_json(study, a.best);
-  if (a.goodness) j["goodness_of_fit"] = goodness_json(study, *a.goodness);
-  if (a.without_priors)
-    j["goodness_of_fit_without_priors"] = goodness_json(study, *a.without_priors);
+    d.outliers.push_back({o.response.label, named_values(study, a.points[o.point].values),
+                          a.points[o.point].seeds[o.seed], o.value, o.others});
+  if (!a.best.values.empty()) d.estimate = set_of(study, a.best);
+  if (a.goodness) d.goodness_of_fit = goodness_of(study, *a.goodness);
+  if (a.without_priors) d.goodness_of_fit_without_priors = goodness_of(study, *a.without_priors);
   if (a.posterior)
-    j["posterior"] = {{"samples", a.posterior->u.size()},
-                      {"effective_samples", a.posterior->effective_samples},
-                      {"file", "posterior.csv"}};
-  j["estimate_history"] = history_json(study, a);
-  j["combinations"] = combinations_json(study, a);
-  j["ridge"] = Json::array();
-  for (const CheckedSet& set : a.ridge) j["ridge"].push_back(checked_json(study, set));
-  j["compare"] = Json::array();
-  for (const CheckedSet& set : a.compare) j["compare"].push_back(checked_json(study, set));
-  j["sensitivity"] = sensitivity_json(study, a);
-  j["numerics"] = numerics_json(a);
-  j["measure_next"] = advice_json(a);
+    d.posterior = {a.posterior->u.size(), a.posterior->effective_samples, "posterior.csv"};
+  d.estimate_history = rounds_of(study, a);
+  d.combinations = combinations_of(study, a);
+  d.ridge = sets_of(study, a.ridge);
+  d.compare = sets_of(study, a.compare);
+  d.sensitivity = sensitivity_of(study, a);
+  d.numerics = numerics_of(a);
+  d.measure_next = advice_of(a);
   if (a.direct)
-    j["direct_search"] = {{"search", to_string(study.direct)},
-                          {"evaluations", a.direct->evaluations},
-                          {"best_observed_distance", number_json(a.direct->best_observed)},
-                          {"confirmed_distance", number_json(a.direct->confirmed)}};
-  if (a.budget_runs > 0)
-    j["budget"] = {{"runs", a.budget_runs},
-                   {"reused", a.reused},
-                   {"left", a.budget_left},
-                   {"left_because", a.left_because}};
-  if (!a.stopped.empty()) j["refinement"] = {{"rounds", a.rounds}, {"stopped", a.stopped}};
-  j["models"] = Json::array();
-  if (a.models) {
-    for (const ResponseModel& m : a.models->targets) j["models"].push_back(model_json(m));
-    for (const ResponseModel& m : a.models->observed) j["models"].push_back(model_json(m));
-  }
-  j["runs"] = {
-      {"total", a.runs},      {"finished", a.finished},   {"arched", a.arched},
-      {"failed", a.failed},   {"timed_out", a.timed_out}, {"out_of_memory", a.out_of_memory},
-      {"crashed", a.crashed}, {"cut_short", a.cut_short}, {"by_another_version", a.other_version}};
-  j["wall_seconds"] = a.wall;
-  return j.dump(2);
+    d.direct_search = {to_string(study.direct), a.direct->evaluations, a.direct->best_observed,
+                       a.direct->confirmed};
+  if (a.budget_runs > 0) d.budget = {a.budget_runs, a.reused, a.budget_left, a.left_because};
+  if (!a.stopped.empty()) d.refinement = {a.rounds, a.stopped};
+  if (a.models)
+    for (const auto* models : {&a.models->targets, &a.models->observed})
+      for (const ResponseModel& m : *models) d.models.push_back(model_of(m));
+  d.runs = {a.runs,          a.finished, a.arched,    a.failed,       a.timed_out,
+            a.out_of_memory, a.crashed,  a.cut_short, a.other_version};
+  d.wall_seconds = a.wall;
+  return d;
+}
+
+std::string render_json(StudyDocument document) {
+  return JsonFieldWriter::json_of(document).dump(2);
+}
+
+StudyDocument read_study_document(const std::string& results_file) {
+  const nlohmann::ordered_json json =
+      read_results_json(results_file, "the results of a study (results.json in its folder)");
+  if (!json.is_object() || !json.contains("study"))
+    throw InputError(
+        fmt::format("{}: is no result of a study; expected the results.json that firn calibrate "
+                    "writes",
+                    results_file));
+  return document_from_json<StudyDocument>(json, results_file);
 }
 
 std::string render_posterior_csv(const Study& study, const CalibrationResult& a) {

@@ -9,15 +9,12 @@
 #include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <optional>
+#include <tuple>
 
 #include "calibrate/inference/goodness_of_fit.h"
 #include "calibrate/inference/posterior.h"
-#include "experiments/system/input_file.h"
-#include "experiments/system/input_limits.h"
+#include "calibrate/output/study_document.h"
 #include "experiments/text/csv_reader.h"
-#include "experiments/text/json_aliases.h"
-#include "experiments/text/json_reader.h"
 #include "experiments/text/vector_json.h"
 
 namespace firn {
@@ -45,16 +42,10 @@ struct FinishedStudy {
 FinishedStudy read_finished(const std::string& folder) {
   const std::filesystem::path path(folder);
   const std::string results = (path / "results.json").string();
-  ordered_json current = parse_ordered_json(
-      read_input_file(results, "the results of a study (results.json in its folder)",
-                      input_limits::json_bytes),
-      results);
-  use_current_json_names(current);
-  const nlohmann::json document = current;
-  const JsonReader reader(document, results);
+  const StudyDocument document = read_study_document(results);
   FinishedStudy s;
-  s.name = reader.string("study");
-  s.verdict = reader.string("verdict");
+  s.name = document.study;
+  s.verdict = document.verdict;
   const std::string file = (path / "posterior.csv").string();
   const std::vector<CsvRow> rows = read_csv_table(file);
   const auto read_column = [&](const std::string& heading) {
@@ -69,19 +60,27 @@ FinishedStudy read_finished(const std::string& folder) {
       values.push_back(csv_number(file, rows[i], column));
     return values;
   };
-  for (const JsonReader& p : reader.items("parameters")) {
+  for (const StudyDocument::Parameter& p : document.parameters) {
+    if (!p.median || !p.interval_95)
+      throw InputError(fmt::format(
+          "{}: parameters: \"{}\" has no median and no interval_95; expected a study with a "
+          "posterior",
+          results, p.name));
     Column c;
-    c.name = p.string("name");
-    c.unit = p.string("unit");
-    c.logarithmic = p.string("scale") == "log";
+    c.name = p.name;
+    c.unit = p.unit;
+    c.logarithmic = p.logarithmic();
     c.values = read_column(c.unit == "1" ? c.name : c.name + " / " + c.unit);
-    c.median = p.number("median");
-    const std::vector<double> interval = p.numbers("interval_95");
-    if (interval.size() != 2) p.fail("interval_95 has no two ends");
-    c.low = interval[0];
-    c.high = interval[1];
-    if (reader.has("estimate") && reader.at("estimate").has("parameters"))
-      if (const auto value = reader.at("estimate").at("parameters").optional_number(c.name))
+    c.median = *p.median;
+    std::tie(c.low, c.high) = *p.interval_95;
+    for (const double known : {c.median, c.low, c.high})
+      if (!std::isfinite(known))
+        throw InputError(fmt::format(
+            "{}: parameters: \"{}\" has a median or an interval_95 without a number; expected "
+            "numbers",
+            results, p.name));
+    if (document.estimate)
+      if (const double* value = find_named(document.estimate->parameters, p.name))
         c.estimate = *value;
     s.columns.push_back(std::move(c));
   }

@@ -18,6 +18,13 @@
 namespace firn {
 namespace {
 
+// By value: writing takes what can be changed.
+template <class T>
+std::string json_line(T value) {
+  return JsonFieldWriter::json_of(value).dump(-1, ' ', false,
+                                              nlohmann::json::error_handler_t::replace);
+}
+
 constexpr int bar_width = 24;
 constexpr auto terminal_interval = std::chrono::milliseconds(200);
 constexpr auto plain_interval = std::chrono::seconds(30);
@@ -38,7 +45,7 @@ BatchProgress::BatchProgress(ProgressStyle style, std::string name, int total, i
       name_(std::move(name)),
       total_(total),
       jobs_(jobs) {
-  record("");
+  record({});
 }
 
 BatchProgress::~BatchProgress() { done(); }
@@ -92,17 +99,17 @@ void BatchProgress::count(const JobResult& result) {
   wall_ += result.wall;
 }
 
-void BatchProgress::record(const std::string& knowledge) {
+void BatchProgress::record(const std::optional<BatchKnowledge>& knowledge) {
   if (journal_ != nullptr)
-    journal_->record_progress(progress_text(name_, total_, jobs_, knowledge));
+    journal_->record_progress(json_line(BatchProgressRecord{name_, total_, jobs_, knowledge}));
 }
 
-void BatchProgress::knowledge(const std::string& text, const std::string& json) {
+void BatchProgress::knowledge(const std::string& text, const BatchKnowledge& knowledge) {
   knowledge_ = text;
-  record(json);
+  record(knowledge);
   if (style_ == ProgressStyle::text && !terminal_) print_lines(stderr, "{}\n", text);
   if (style_ == ProgressStyle::json)
-    print_lines(stderr, "{{\"event\":\"knowledge\",\"knowledge\":{}}}\n", json);
+    print_lines(stderr, "{{\"event\":\"knowledge\",\"knowledge\":{}}}\n", json_line(knowledge));
   if (terminal_) draw(true);
 }
 

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <string>
 
+#include "experiments/batch/batch_progress_record.h"
 #include "experiments/batch/journal/journal.h"
 
 namespace firn {
@@ -26,9 +27,9 @@ class BatchProgress {
   void ended(const PlannedRun& run, const JobResult& result);
   void found(const PlannedRun& run, const JobResult& result);  // in the journal or the store
   void note(const PlannedRun& run, const std::string& line);   // a message about its files
-  // Reports the current estimate as text of a few lines and as a JSON object. To be called after
+  // Reports what is known from the runs so far; `text`: the same in a few lines. To be called after
   // each fit.
-  void knowledge(const std::string& text, const std::string& json);
+  void knowledge(const std::string& text, const BatchKnowledge& knowledge);
   void tick();  // redraws at intervals
   void done();  // removes the bar
 
@@ -42,7 +43,7 @@ class BatchProgress {
   void write_event(const char* event, const PlannedRun* run, const JobResult* result,
                    const std::string& note = {}) const;
 
-  void record(const std::string& knowledge);
+  void record(const std::optional<BatchKnowledge>& knowledge);
 
   ProgressStyle style_;
   Journal* journal_;

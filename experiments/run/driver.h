@@ -31,8 +31,6 @@ struct DriverState {
   StatisticsRows statistics;
 };
 
-// Throws InputError for a case that cannot be simulated.
-void check_runnable(const Case& c);
 // The case of a results file. Throws InputError unless its hash is that of the recorded run.
 // `what`: the refused action in the message, "resumed".
 Case case_of(const Recording& recording, const char* what);
@@ -48,8 +46,8 @@ struct RunObserver {
 
 class Driver {
  public:
-  // `c` must have passed check_runnable() or come from read_case(), and must outlive the driver.
-  // The recorder's file must be new and have its header. nullptr: nothing is recorded.
+  // `c` must come from read_case(), which checks it, and must outlive the driver. The recorder's
+  // file must be new and have its header. nullptr: nothing is recorded.
   Driver(const Case& c, const RunOptions& options, Recorder* recorder, RunObserver observer = {});
 
   // Continues from the newest valid checkpoint of the recorder's file and truncates the frames

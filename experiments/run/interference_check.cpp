@@ -396,7 +396,8 @@ void check_boundaries(const Case& c) {
 }
 
 void check_particles(const Case& c) {
-  Solver solver(bare(c));
+  if (c.placed.empty()) return;
+  Solver solver(std::make_shared<const Model>(bare(c)), 0);
   for (const FrameStart& start : c.frame_starts) solver.start_frame(start);
   for (std::size_t i = 0; i < c.placed.size(); ++i) {
     const Case::Placed& p = c.placed[i];

@@ -137,7 +137,6 @@ Replay outcome(const RunSummary& summary, const ReplayOptions& options) {
 }  // namespace
 
 Replay replay(const Case& c, const ReplayOptions& options) {
-  check_runnable(c);
   const RunOptions run = run_options(options);
   Driver driver(c, run, nullptr, replay_observer(options));
   return outcome(driver.run(), options);
@@ -146,7 +145,6 @@ Replay replay(const Case& c, const ReplayOptions& options) {
 Replay replay(const std::string& results_file, const ReplayOptions& options) try {
   const Recording recording(results_file);
   const Case c = case_of(recording, "replayed");
-  check_runnable(c);
   FrameProof proof(results_file, recording, c.model);
   const RunOptions run = run_options(options);
   RunObserver looks = replay_observer(options);

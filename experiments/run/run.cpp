@@ -89,26 +89,30 @@ RunSummary drive(Driver& driver, const Lock& lock, const Case& c) {
   return summary;
 }
 
-}  // namespace
-
-void check_runnable(const Case& c) {
-  if (c.model.particles.empty())
-    throw InputError(c.source + ": particles: none; expected at least one, placed or in a fill");
-  validate(c.model);
-}
-
-Case case_of(const Recording& recording, const char* what) {
+// Throws InputError as case_of() does.
+void require_contact_model(const Recording& recording, const char* what) {
   if (const int made_with = recording.contact_model(); made_with != kContactModel)
     throw InputError(fmt::format(
         "{}: cannot be {}: it was made with contact model {}, and this build has {}; run the case "
         "again",
         recording.file(), what, made_with, kContactModel));
-  Case c = recording.read_case();
+}
+
+void require_case_of(const Recording& recording, const Case& c, const char* what) {
+  require_contact_model(recording, what);
   if (c.model.timestep != recording.timestep() || c.seed != recording.seed() ||
       c.model.particles.size() != recording.particle_count())
     throw InputError(
         fmt::format("{}: cannot be {}: this version of Firn reads another case from it",
                     recording.file(), what));
+}
+
+}  // namespace
+
+Case case_of(const Recording& recording, const char* what) {
+  require_contact_model(recording, what);  // before the case of another version is read
+  Case c = recording.read_case();
+  require_case_of(recording, c, what);
   return c;
 }
 
@@ -136,7 +140,6 @@ const char* to_string(RunStatus status) {
 
 RunSummary run(const Case& c, const RunOptions& options) {
   if (options.results_file.empty()) throw InputError(c.source + ": no results file is named");
-  check_runnable(c);
   check_machine(c);
   std::string renamed_earlier_file;
   Lock lock;
@@ -166,7 +169,7 @@ RunSummary run(const Case& c, const RunOptions& options) {
   return summary;
 }
 
-RunSummary resume(const std::string& results_file, const RunOptions& given) {
+RunSummary resume(const std::string& results_file, const RunOptions& given, const Case* known) {
   RunOptions options = given;
   options.results_file = results_file;
   const auto finished = [&](std::vector<Response> responses) {
@@ -186,18 +189,23 @@ RunSummary resume(const std::string& results_file, const RunOptions& given) {
   const auto lock = std::make_shared<ResultsLock>(results_file);
   try {
     const bool restored = recover_results(*lock);
-    std::optional<Case> unfinished;
+    std::optional<Case> read;
+    bool unfinished = false;
     {
       const Recording recording(results_file);
-      if (recording.status() != "finished") {
-        unfinished = case_of(recording, "resumed");
+      unfinished = recording.status() != "finished";
+      if (unfinished) {
+        if (known == nullptr)
+          known = &read.emplace(case_of(recording, "resumed"));
+        else
+          require_case_of(recording, *known, "resumed");
         if (!recording.has_checkpoint())  // before a copy of it would be taken for the truth
           throw InputError(
               fmt::format("{}: cannot be resumed: it has no whole checkpoint", results_file));
       }
     }
     if (!unfinished) return finished(tidy_finished(lock));
-    const Case& c = *unfinished;
+    const Case& c = *known;
     if (!restored) lock->save_copy();
     Recorder recorder = Recorder::reopen(lock, result_columns(c.model));
     Driver driver(c, options, &recorder, run_observer(options));

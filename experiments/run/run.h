@@ -63,14 +63,17 @@ struct RunSummary {
   std::shared_ptr<const interruption::Advice> advice;
 };
 
-// Simulates the case from its start. Throws InputError for a case that cannot be set up. A
-// simulation that fails gives a summary with status failed, which the results file records if it
-// can be written. An existing results file is renamed (RUN.h5 to RUN.1.h5).
+// Simulates the case from its start. read_case() has checked the case. Throws InputError for a case
+// that cannot be set up. A simulation that fails gives a summary with status failed, which the
+// results file records if it can be written. An existing results file is renamed (RUN.h5 to
+// RUN.1.h5).
 RunSummary run(const Case& c, const RunOptions& options);
 
 // Continues from the last checkpoint in a results file, with the bits of an uninterrupted run. The
 // file of a finished run is not changed; its responses are returned. After any failure, the run can
-// be resumed from the last checkpoint. Throws InputError for a file without a run of a case.
-RunSummary resume(const std::string& results_file, const RunOptions& options);
+// be resumed from the last checkpoint. `known`: the case of the file, if the caller has read it;
+// null: it is read here. Throws InputError for a file without a run of a case.
+RunSummary resume(const std::string& results_file, const RunOptions& options,
+                  const Case* known = nullptr);
 
 }  // namespace firn

@@ -127,8 +127,9 @@ RunResult run(const Case& c, const RunOptions& options) {
 
 RunResult resume(const std::string& results_file, const RunOptions& options) {
   check(options);
-  Callbacks callbacks(options, Recording(results_file).read_case());
-  RunSummary summary = firn::resume(results_file, callbacks.internal(results_file));
+  const firn::Case c = Recording(results_file).read_case();
+  Callbacks callbacks(options, c);
+  RunSummary summary = firn::resume(results_file, callbacks.internal(results_file), &c);
   callbacks.rethrow();
   return public_result(std::move(summary), results_file);
 }

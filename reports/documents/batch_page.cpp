@@ -62,6 +62,12 @@ double scalar(const JournalRun& run, const std::string& name) {
   return std::numeric_limits<double>::quiet_NaN();
 }
 
+using FittedTarget = BatchKnowledge::FittedTarget;
+
+std::vector<FittedTarget> targets_of(const BatchState& state) {
+  return state.progress.knowledge ? state.progress.knowledge->targets : std::vector<FittedTarget>();
+}
+
 // Scalar responses that differ between runs: targets first, then in alphabetical order.
 std::vector<ResponseColumn> varying_responses(const BatchState& state) {
   std::map<ResponseColumn, std::set<double>> values;
@@ -72,16 +78,17 @@ std::vector<ResponseColumn> varying_responses(const BatchState& state) {
   std::vector<ResponseColumn> names;
   for (const auto& [name, different] : values)
     if (different.size() > 1) names.push_back(name);
+  const std::vector<FittedTarget> targets = targets_of(state);
   std::stable_partition(names.begin(), names.end(), [&](const ResponseColumn& r) {
-    return std::ranges::find(state.targets, r.name, &FittedTarget::response) != state.targets.end();
+    return std::ranges::find(targets, r.name, &FittedTarget::response) != targets.end();
   });
   return names;
 }
 
 void batch_summary(const BatchState& state, page::Page& page) {
-  const std::string task = task_name(state.command);
+  const std::string task = task_name(state.progress.command);
   const int ended = state.ended(), running = state.count("running");
-  const int total = std::max(state.most_runs, static_cast<int>(state.runs.size()));
+  const int total = std::max(state.progress.most_runs, static_cast<int>(state.runs.size()));
   std::string line = fmt::format("{} of at most {} runs have ended", ended, total);
   if (const double left = state.time_left(); state.at_work && std::isfinite(left))
     line += fmt::format("; about {} left", duration_text(left));
@@ -105,18 +112,21 @@ void batch_summary(const BatchState& state, page::Page& page) {
 }
 
 void estimate_section(const BatchState& state, page::Page& page) {
-  if (state.best.empty()) return;
+  if (!state.progress.knowledge || state.progress.knowledge->best.empty()) return;
+  const BatchKnowledge& known = *state.progress.knowledge;
   page::Content& content = page.section("Best parameters so far", "best");
   page::Table table{
       "after the latest fit", {{"parameter", ""}, {"value", ""}, {"95 % interval", ""}}, {}};
-  for (const ParameterEstimate& p : state.best)
-    table.rows.push_back({page::words(p.name), with_unit(number_text(p.value), p.unit),
+  for (const auto& [name, p] : known.best)
+    table.rows.push_back({page::words(name), with_unit(number_text(p.value), p.unit),
                           with_unit(number_text(p.low) + " to " + number_text(p.high), p.unit)});
   content.table(table);
-  if (state.determined.empty())
+  std::vector<std::string> determined;
+  for (const BatchKnowledge::Determined& d : known.determined) determined.push_back(d.text());
+  if (determined.empty())
     content.paragraph("No combination of parameters is determined yet.");
   else
-    content.paragraph("Determined so far:").list(state.determined);
+    content.paragraph("Determined so far:").list(determined);
 }
 
 void plots_section(const BatchState& state, const std::vector<ResponseColumn>& responses,
@@ -154,7 +164,7 @@ void plots_section(const BatchState& state, const std::vector<ResponseColumn>& r
       plot.y.unit = response.unit;
       const std::string what =
           fmt::format("{} over {}", page::words(response.name), page::words(parameter));
-      for (const FittedTarget& target : state.targets)
+      for (const FittedTarget& target : targets_of(state))
         if (target.response == response.name) plot.horizontal.push_back({target.value, "measured"});
       plot.series = {std::move(points)};
       figures.push_back({plots::draw(plot), what + ", one point for each run.",
@@ -194,7 +204,7 @@ void batch_runs_section(const BatchState& state, std::vector<ResponseColumn> res
 }  // namespace
 
 page::Page batch_page(const BatchState& state, const std::string& name) {
-  page::Page page(name, task_name(state.command) + " in progress");
+  page::Page page(name, task_name(state.progress.command) + " in progress");
   const std::vector<ResponseColumn> responses = varying_responses(state);
   batch_summary(state, page);
   estimate_section(state, page);

@@ -15,39 +15,28 @@ std::string joined(const std::vector<std::string>& parts, const char* none) {
   return parts.empty() ? none : fmt::format("{}", fmt::join(parts, "; "));
 }
 
-// NaN for what is no number. Any size: a study may have responses up to 1e308.
-double value_of(const Json& value) {
-  return value.is_number() ? value.get<double>() : std::nan("");
-}
-
-std::string unit_suffix_of(const Json& value) { return unit_suffix(value.value("unit", "1")); }
-
 // "law = linear (probability 0.97)"
-std::string chosen(const Json& choice) {
-  const std::string best = choice.at("best");
-  for (const Json& c : choice.at("choices"))
-    if (c.at("choice") == best)
-      return fmt::format("{} = {} (probability {})", choice.at("parameter").get<std::string>(),
-                         best, number_text(value_of(c.at("probability")), 2));
-  return fmt::format("{} = {}", choice.at("parameter").get<std::string>(), best);
+std::string chosen(const StudyDocument::Choices& choice) {
+  for (const StudyDocument::Choices::Choice& c : choice.choices)
+    if (c.label == choice.best)
+      return fmt::format("{} = {} (probability {})", choice.parameter, choice.best,
+                         number_text(c.probability, 2));
+  return fmt::format("{} = {}", choice.parameter, choice.best);
 }
 
 // "ice_ice = 0.24 (95 %: 0.17 to 0.3)". Where no values meet all targets, the interval holds the
 // truth of a model that is refuted: the nearest values alone.
-std::string recommended(const Json& j) {
-  const bool out_of_reach = j.value("verdict", "") == "infeasible";
-  const Json& values = j.at("estimate").at("parameters");
+std::string recommended(const StudyDocument& results) {
+  const bool out_of_reach = results.verdict == "infeasible";
   std::vector<std::string> parts;
-  if (j.contains("choice")) parts.push_back(chosen(j.at("choice")));
-  for (const Json& p : j.value("parameters", Json::array())) {
-    const std::string name = p.at("name");
-    if (!values.contains(name)) continue;
-    const Json interval = p.value("interval_95", Json::array());
-    std::string text =
-        fmt::format("{} = {}{}", name, number_text(value_of(values.at(name))), unit_suffix_of(p));
-    if (interval.size() == 2 && !out_of_reach)
-      text += fmt::format(" (95 %: {} to {})", number_text(value_of(interval[0]), 3),
-                          number_text(value_of(interval[1]), 3));
+  if (results.choice) parts.push_back(chosen(*results.choice));
+  for (const StudyDocument::Parameter& p : results.parameters) {
+    const double* value = find_named(results.estimate->parameters, p.name);
+    if (value == nullptr) continue;
+    std::string text = fmt::format("{} = {}{}", p.name, number_text(*value), unit_suffix(p.unit));
+    if (p.interval_95 && !out_of_reach)
+      text += fmt::format(" (95 %: {} to {})", number_text(p.interval_95->first, 3),
+                          number_text(p.interval_95->second, 3));
     parts.push_back(text);
   }
   const std::string values_text = joined(parts, "no values");
@@ -56,13 +45,12 @@ std::string recommended(const Json& j) {
                       : values_text;
 }
 
-std::string determined(const Json& j) {
+std::string determined(const StudyDocument& results) {
   std::vector<std::string> known, unknown;
-  for (const Json& c : j.value("combinations", Json::array())) {
-    if (c.value("identifiable", false))
+  for (const StudyDocument::Combination& c : results.combinations) {
+    if (c.identifiable)
       known.push_back(
-          fmt::format("{} = {}", combination_text(c),
-                      measured_text(value_of(c.at("value")), value_of(c.at("uncertainty")))));
+          fmt::format("{} = {}", combination_text(c), measured_text(c.value, c.uncertainty)));
     else
       unknown.push_back(combination_text(c));
   }
@@ -70,71 +58,62 @@ std::string determined(const Json& j) {
                      joined(unknown, "nothing that was varied"));
 }
 
-std::string simulated(const Json& set) {
+std::string simulated(const StudyDocument::Set& set) {
   std::vector<std::string> parts;
-  const Json responses = set.value("simulated", Json::object());
-  for (const auto& [response, value] : responses.items())
-    parts.push_back(fmt::format(
-        "{} {}{}", response,
-        measured_text(value_of(value.at("value")), value_of(value.value("standard_error", Json()))),
-        unit_suffix_of(value)));
+  for (const auto& [response, of] : set.simulated)
+    parts.push_back(fmt::format("{} {}{}", response, measured_text(of.value, of.standard_error),
+                                unit_suffix(of.unit)));
   return joined(parts, "no finished run");
 }
 
-std::string compared(const Json& j) {
+std::string compared(const StudyDocument& results) {
   std::vector<std::string> parts;
-  for (const Json& set : j.value("compare", Json::array()))
-    parts.push_back(
-        fmt::format("{}: {}", set.value("name", std::string("unnamed")), simulated(set)));
+  for (const StudyDocument::Set& set : results.compare)
+    parts.push_back(fmt::format("{}: {}", set.name, simulated(set)));
   return joined(parts, "the study has no [[compare]] values");
 }
 
 // Share of the variance of the combination known best that the runs make: their scatter and what
 // lies between them. The measurements and discrepancies make the rest. 0: nothing is determined.
-double share_of_runs(const Json& j) {
-  for (const Json& c : j.value("combinations", Json::array())) {
-    if (!c.value("identifiable", false) || !c.contains("split")) continue;
-    const auto part = [&](const char* name) {
-      const double sd = value_of(c.at("split").value(name, Json()));
-      return sd * sd;
-    };
-    const double runs = part("seed_noise") + part("surrogate");
-    double all = runs + part("measurement");
-    if (c.at("split").contains("discrepancy")) all += part("discrepancy");
+double share_of_runs(const StudyDocument& results) {
+  for (const StudyDocument::Combination& c : results.combinations) {
+    if (!c.identifiable || !c.split) continue;
+    const auto square = [](double sd) { return sd * sd; };
+    const double runs = square(c.split->seed_noise) + square(c.split->surrogate);
+    const double all =
+        runs + square(c.split->measurement) + square(c.split->discrepancy.value_or(0));
     return all > 0 ? runs / all : 0;
   }
   return 0;
 }
 
-std::string next(const Json& j) {
-  const double runs = share_of_runs(j);
+std::string next(const StudyDocument& results) {
+  const double runs = share_of_runs(results);
   const std::string first =
       runs > 0.5 ? fmt::format(
                        "first more runs (a larger budget): they make {:.0f} % of the variance "
                        "of what is determined; then ",
                        100 * runs)
                  : "";
-  const Json advice = j.value("measure_next", Json::array());
-  if (advice.empty()) return first + "nothing is known to help";
-  const Json& best = advice.front();
-  std::string text = first + best.value("response", std::string("?"));
-  if (best.value("repeats_a_target", false)) text += ", once more";
-  text += fmt::format(": {} bits", number_text(value_of(best.at("information_bits")), 2));
-  if (const double left = value_of(best.value("remaining_extent", Json())); !std::isnan(left))
-    text +=
-        fmt::format("; the least known direction shrinks to {:.0f} % of its length", 100 * left);
+  if (results.measure_next.empty()) return first + "nothing is known to help";
+  const StudyDocument::Advice& best = results.measure_next.front();
+  std::string text = first + best.response;
+  if (best.repeats_a_target) text += ", once more";
+  text += fmt::format(": {} bits", number_text(best.information_bits, 2));
+  if (!std::isnan(best.remaining_extent))
+    text += fmt::format("; the least known direction shrinks to {:.0f} % of its length",
+                        100 * best.remaining_extent);
   return text;
 }
 
 }  // namespace
 
-std::string combination_text(const Json& c) {
+std::string combination_text(const StudyDocument::Combination& combination) {
   std::string text;
-  for (const Json& term : c.at("terms")) {
-    const double factor = value_of(term.at("coefficient"));
-    const std::string name = term.at("parameter");
+  for (const StudyDocument::Combination::Term& term : combination.terms) {
+    const double factor = term.coefficient;
     const std::string what =
-        term.value("of", "") == "logarithm" ? fmt::format("ln({})", name) : name;
+        term.of == "logarithm" ? fmt::format("ln({})", term.parameter) : term.parameter;
     text += text.empty()
                 ? fmt::format("{:.2f} {}", factor, what)
                 : fmt::format(" {} {:.2f} {}", factor < 0 ? "-" : "+", std::abs(factor), what);
@@ -142,8 +121,8 @@ std::string combination_text(const Json& c) {
   return text;
 }
 
-std::vector<page::Fact> study_estimate(const Json& results) {
-  if (!results.contains("estimate") || !results.at("estimate").is_object()) return {};
+std::vector<page::Fact> study_estimate(const StudyDocument& results) {
+  if (!results.estimate) return {};
   return {{"Recommended", recommended(results)},
           {"Determined", determined(results)},
           {"Compared", compared(results)},

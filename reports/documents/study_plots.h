@@ -1,23 +1,22 @@
 // Parts of the page of a study that are plots: predicted responses, the estimate by number of runs,
-// sensitivity. `results` is the results.json of a study. Values of another type or length, and
-// values that are not finite, throw BadValue or an exception of the JSON library.
+// sensitivity. Lists of another length, and values that are not finite, throw BadValue.
 #pragma once
 
-#include "reports/html/json_values.h"
+#include "calibrate/output/study_document.h"
 #include "reports/html/page.h"
 
 namespace firn {
 
 // One plot per target: response predicted from the posterior samples, and its measured value.
 // Nothing of a study that has none.
-void predictions_section(const Json& results, page::Page& page);
+void predictions_section(const StudyDocument& results, page::Page& page);
 
 // One plot per parameter: median with 68 % and 95 % interval after each round of runs. Nothing of a
 // study that has none.
-void estimate_history_section(const Json& results, page::Page& page);
+void estimate_history_section(const StudyDocument& results, page::Page& page);
 
 // Sobol indices of every response by parameter, with their 95 % intervals where there are some:
 // first order, and total where it is known. Nothing of a study that has none.
-void add_sensitivity(const Json& results, page::Content& content);
+void add_sensitivity(const StudyDocument& results, page::Content& content);
 
 }  // namespace firn

@@ -9,11 +9,12 @@
 #include <map>
 #include <optional>
 
+#include "experiments/batch/sweep/sweep_document.h"
 #include "experiments/storage/version.h"
 #include "experiments/text/number_text.h"
 #include "experiments/text/units.h"
 #include "firn/math.h"
-#include "reports/html/json_values.h"
+#include "reports/html/results_page.h"
 #include "reports/plots/plots.h"
 
 namespace firn {
@@ -76,25 +77,32 @@ void find_numbers(Varied& key) {
   for (const auto& [value, unit] : all) key.numbers.push_back(value);
 }
 
-SweepData read_data(const Json& results) {
+template <class T>
+const T& in_combination(const NamedValues<T>& values, const std::string& name) {
+  const T* found = find_named(values, name);
+  if (found == nullptr) throw BadValue(fmt::format("a combination has no \"{}\"", name));
+  return *found;
+}
+
+SweepData data_of(const SweepDocument& results) {
   SweepData data;
-  const Json& combinations = list(results, "combinations");
-  for (const auto& [name, value] : combinations.at(0).at("values").items())
+  if (results.combinations.empty()) throw BadValue("it has no \"combinations\"");
+  for (const auto& [name, value] : results.combinations.front().values)
     data.keys.push_back({name, {}, "", {}});
-  for (const Json& r : list(results, "responses"))
-    data.responses.push_back({text(r, "name"), text(r, "unit"), {}, {}});
-  for (const Json& row : combinations) {
+  for (const SweepDocument::NamedResponse& r : results.responses)
+    data.responses.push_back({r.name, r.unit, {}, {}});
+  for (const SweepDocument::Combination& row : results.combinations) {
     std::vector<std::size_t>& chosen = data.value.emplace_back();
     for (Varied& key : data.keys) {
-      const std::string value = text(row.at("values"), key.name.c_str());
+      const std::string& value = in_combination(row.values, key.name);
       auto found = std::ranges::find(key.values, value);
       if (found == key.values.end()) found = key.values.insert(found, value);
       chosen.push_back(static_cast<std::size_t>(found - key.values.begin()));
     }
     for (Responded& r : data.responses) {
-      const Json& of = row.at("responses").at(r.name);
-      r.mean.push_back(number(of, "mean"));
-      r.deviation.push_back(number(of, "standard_deviation"));
+      const SweepDocument::Scatter& of = in_combination(row.responses, r.name);
+      r.mean.push_back(of.mean);
+      r.deviation.push_back(of.standard_deviation);
     }
   }
   for (Varied& key : data.keys) find_numbers(key);
@@ -237,7 +245,7 @@ void response_plots(const SweepData& data, page::Page& page) {
     content.paragraph("The same in all combinations, or undefined: " + constant + ".");
 }
 
-void table_section(const Json& results, const SweepData& data, page::Page& page) {
+void table_section(const SweepDocument& results, const SweepData& data, page::Page& page) {
   page::Table table;
   table.caption = "Means over the seeds; ± is one standard deviation of single runs";
   for (const Varied& key : data.keys)
@@ -245,11 +253,11 @@ void table_section(const Json& results, const SweepData& data, page::Page& page)
   table.columns.push_back({"finished", ""});
   for (const Responded& r : data.responses) table.columns.push_back({words(r.name), r.unit});
   std::vector<std::pair<int, int>> finished(data.value.size());
-  for (const Json& run : list(results, "runs")) {
-    const auto c = static_cast<std::size_t>(whole_number(run, "combination"));
-    if (c >= finished.size()) throw BadValue("a run of a combination that the sweep has not");
-    ++finished[c].second;
-    finished[c].first += text(run, "status") == "finished" ? 1 : 0;
+  for (const SweepDocument::Run& run : results.runs) {
+    if (run.combination >= finished.size())
+      throw BadValue("a run of a combination that the sweep has not");
+    ++finished[run.combination].second;
+    finished[run.combination].first += run.status == "finished" ? 1 : 0;
   }
   for (std::size_t c = 0; c < data.value.size(); ++c) {
     std::vector<Cell>& row = table.rows.emplace_back();
@@ -265,43 +273,36 @@ void table_section(const Json& results, const SweepData& data, page::Page& page)
   page.section("All combinations", "combinations").table(table);
 }
 
-void powers_section(const Json& results, page::Page& page) {
-  if (!results.contains("powers") || results.at("powers").empty()) return;
+void powers_section(const SweepDocument& results, page::Page& page) {
+  if (results.powers.empty()) return;
   page::Table table;
   table.caption = "Each response as a power of the key; ± is one standard error";
   table.columns = {{"response", ""}, {"exponent", ""}};
-  for (const auto& [response, law] : results.at("powers").items())
-    table.rows.push_back(
-        {words(response), Cell::measured(number(law, "exponent"), number(law, "standard_error"))});
+  for (const auto& [response, law] : results.powers)
+    table.rows.push_back({words(response), Cell::measured(law.exponent, law.standard_error)});
   page.section("Power laws", "powers").table(table);
 }
 
-void failures_section(const Json& results, page::Page& page) {
+void failures_section(const SweepDocument& results, page::Page& page) {
   page::Table table;
   table.caption = "Runs that did not finish";
   table.columns = {{"combination", ""}, {"seed", ""}, {"status", ""}, {"reason", ""}};
-  const Json& combinations = list(results, "combinations");
-  for (const Json& run : list(results, "runs")) {
-    if (text(run, "status") == "finished") continue;
+  for (const SweepDocument::Run& run : results.runs) {
+    if (run.status == "finished") continue;
     std::string values;
-    const auto c = static_cast<std::size_t>(whole_number(run, "combination"));
-    for (const auto& [name, value] : combinations.at(c).at("values").items())
-      values +=
-          fmt::format("{}{} {}", values.empty() ? "" : ", ", words(name), value.get<std::string>());
-    table.rows.push_back(
-        {values, Cell(number(run, "seed"), 9), text(run, "status"), text(run, "reason")});
+    for (const auto& [name, value] : results.combinations.at(run.combination).values)
+      values += fmt::format("{}{} {}", values.empty() ? "" : ", ", words(name), value);
+    table.rows.push_back({values, Cell(static_cast<double>(run.seed), 9), run.status, run.reason});
   }
   if (!table.rows.empty()) page.section("Not finished", "failures").table(table);
 }
 
-page::Page page_of(const Json& results) {
-  const SweepData data = read_data(results);
-  page::Page page(text(results, "name"), fmt::format("sweep of {}", text(results, "case")));
-  std::size_t finished = 0, all = 0;
-  for (const Json& run : list(results, "runs")) {
-    ++all;
-    finished += text(run, "status") == "finished" ? 1 : 0;
-  }
+page::Page page_of(const SweepDocument& results) {
+  const SweepData data = data_of(results);
+  page::Page page(results.name, fmt::format("sweep of {}", results.case_file));
+  const auto all = static_cast<std::ptrdiff_t>(results.runs.size());
+  const auto finished =
+      std::ranges::count(results.runs, std::string("finished"), &SweepDocument::Run::status);
   const bool whole = finished == all;
   page.top().note(whole ? Badge{Mark::good, "finished"} : Badge{Mark::caution, "incomplete"},
                   fmt::format("{} of {} runs finished", finished, all));
@@ -323,11 +324,7 @@ page::Page page_of(const Json& results) {
 }  // namespace
 
 page::Page sweep_page(const std::string& results_file) {
-  const Json results = read_results_json(results_file);
-  if (!results.is_object() || results.value("kind", Json()) != "sweep")
-    throw InputError(
-        fmt::format("{}: is no result of a sweep; expected the results.json that firn sweep writes",
-                    results_file));
+  const SweepDocument results = read_sweep_document(results_file);
   return page_from(results_file, [&] { return page_of(results); });
 }
 

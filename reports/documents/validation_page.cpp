@@ -14,7 +14,8 @@
 #include "firn/math.h"
 #include "reports/documents/comparison_sections.h"
 #include "reports/documents/validation_replays.h"
-#include "reports/html/json_values.h"
+#include "reports/html/results_page.h"
+#include "validation/validation_document.h"
 
 namespace firn {
 namespace {
@@ -22,16 +23,16 @@ namespace {
 using page::Badge;
 using page::Cell;
 using page::Mark;
+using ComparisonRow = ValidationDocument::ComparisonRow;
 
 // What must be known of the comparison; what holds of several parameter sets is said once.
 std::vector<std::string> caveats(const Sets& sets) {
   std::vector<std::pair<std::string, std::vector<std::string>>> said;
-  for (const Json* c : sets) {
-    for (const Json& caveat : c->at("caveats")) {
-      const std::string words = caveat.get<std::string>();
+  for (const ComparisonRow* c : sets) {
+    for (const std::string& words : c->caveats) {
       auto same = std::ranges::find(said, words, [](const auto& s) { return s.first; });
       if (same == said.end()) same = said.insert(said.end(), {words, {}});
-      same->second.push_back(text(*c, "parameter_set"));
+      same->second.push_back(c->parameter_set);
     }
   }
   std::vector<std::string> lines;
@@ -43,72 +44,70 @@ std::vector<std::string> caveats(const Sets& sets) {
 }
 
 void comparison_section(const Sets& sets, ValidationReplays* replays, page::Page& page) {
-  const Json& first = *sets.front();
-  const std::string anchor = page::anchor_of(text(first, "name"));
-  page::Content& content = page.section(text(first, "title"), anchor);
-  if (!text(first, "note").empty()) content.paragraph(text(first, "note"));
-  if (!text(first, "measurement").empty())
-    content.facts({{first.value("code_to_code", false) ? "by another simulation" : "measured",
-                    text(first, "measurement")},
-                   {"status of the measurement", text(first, "measurement_status")},
-                   {"simulated", text(first, "experiment")}});
-  for (const Json* c : sets) {
-    std::string line = fmt::format("{}: {}", text(*c, "parameter_set"), text(*c, "headline"));
-    if (!text(*c, "recommended_action").empty())
-      line += fmt::format(". Recommended: {}", text(*c, "recommended_action"));
-    content.note(badge_of(text(*c, "verdict")), line);
+  const ComparisonRow& first = *sets.front();
+  const std::string anchor = page::anchor_of(first.name);
+  page::Content& content = page.section(first.title, anchor);
+  if (!first.note.empty()) content.paragraph(first.note);
+  if (!first.measurement.empty())
+    content.facts({{first.code_to_code ? "by another simulation" : "measured", first.measurement},
+                   {"status of the measurement", first.measurement_status},
+                   {"simulated", first.experiment}});
+  for (const ComparisonRow* c : sets) {
+    std::string line = fmt::format("{}: {}", c->parameter_set, c->headline);
+    if (!c->recommended_action.empty())
+      line += fmt::format(". Recommended: {}", c->recommended_action);
+    content.note(badge_of(c->verdict), line);
   }
   add_comparison(sets, content);
   if (const std::vector<std::string> all = caveats(sets); !all.empty()) content.list(all);
-  if (replays) replays->add(text(first, "experiment"), anchor, page, content);
+  if (replays) replays->add(first.experiment, anchor, page, content);
 }
 
 // By comparison, in the suite's order.
-std::vector<Sets> grouped(const Json& results) {
+std::vector<Sets> grouped(const ValidationDocument& results) {
   std::vector<Sets> groups;
-  for (const Json& c : results.at("comparisons")) {
-    if (groups.empty() || text(*groups.back().front(), "name") != text(c, "name"))
-      groups.emplace_back();
+  for (const ComparisonRow& c : results.comparisons) {
+    if (groups.empty() || groups.back().front()->name != c.name) groups.emplace_back();
     groups.back().push_back(&c);
   }
   return groups;
 }
 
 // Where several statements make up a verdict, how many of them hold.
-Cell verdict_cell(const Json& comparison) {
-  Cell cell(badge_of(text(comparison, "verdict")));
-  const Json claims = comparison.value("criteria", Json::array());
+Cell verdict_cell(const ComparisonRow& comparison) {
+  Cell cell(badge_of(comparison.verdict));
+  const std::vector<ValidationDocument::CriterionRow>& claims = comparison.criteria;
   const auto hold = std::ranges::count_if(
-      claims, [](const Json& claim) { return text(claim, "verdict") == "consistent"; });
+      claims, [](const auto& claim) { return claim.verdict == "consistent"; });
   if (claims.size() > 1) cell.text = fmt::format("{} of {} hold", hold, claims.size());
-  if (comparison.value("code_to_code", false)) cell.text += " (code-to-code)";
+  if (comparison.code_to_code) cell.text += " (code-to-code)";
   return cell;
 }
 
-void validation_summary(const Json& results, const std::vector<Sets>& groups, page::Page& page) {
+void validation_summary(const ValidationDocument& results, const std::vector<Sets>& groups,
+                        page::Page& page) {
   std::map<std::string, int> count;
-  for (const Json& c : results.at("comparisons"))
-    if (!c.value("code_to_code", false)) ++count[text(c, "verdict")];
+  for (const ComparisonRow& c : results.comparisons)
+    if (!c.code_to_code) ++count[c.verdict];
   std::vector<page::Card> cards;
   for (const char* verdict :
        {"consistent", "inconsistent", "inconclusive", "not independent", "not comparable"})
     cards.push_back({verdict, std::to_string(count[verdict]), "", {badge_of(verdict).mark, " "}});
   page.top().cards(cards);
-  if (!text(results, "note").empty()) page.top().paragraph(text(results, "note"));
+  if (!results.note.empty()) page.top().paragraph(results.note);
   page::Table table;
   table.caption = "Verdicts by comparison and parameter set";
   table.columns = {{"comparison", ""}};
   std::vector<std::string> sets;
-  for (const Json& p : results.at("parameter_sets")) {
-    sets.push_back(text(p, "name"));
+  for (const ValidationDocument::ParameterSetRow& p : results.parameter_sets) {
+    sets.push_back(p.name);
     table.columns.push_back({sets.back(), ""});
   }
   for (const Sets& group : groups) {
     std::vector<Cell> row = {
-        Cell::link(text(*group.front(), "title"), page::anchor_of(text(*group.front(), "name")))};
+        Cell::link(group.front()->title, page::anchor_of(group.front()->name))};
     for (const std::string& set : sets) {
-      const auto found = std::ranges::find_if(
-          group, [&](const Json* c) { return text(*c, "parameter_set") == set; });
+      const auto found = std::ranges::find(group, set, &ComparisonRow::parameter_set);
       row.push_back(found == group.end() ? Cell("not run") : verdict_cell(**found));
     }
     table.rows.push_back(row);
@@ -116,37 +115,35 @@ void validation_summary(const Json& results, const std::vector<Sets>& groups, pa
   page.top().table(table);
 }
 
-void parameters_section(const Json& results, page::Page& page) {
+void parameters_section(const ValidationDocument& results, page::Page& page) {
   page::Table table;
   table.caption = "Parameter sets";
   table.columns = {{"name", ""}, {"material record", ""}, {"keys set", ""}, {"note", ""}};
-  for (const Json& p : results.at("parameter_sets")) {
+  for (const ValidationDocument::ParameterSetRow& p : results.parameter_sets) {
     std::string keys;
-    for (const auto& [key, value] : p.at("set").items())
-      keys += fmt::format("{}{}", keys.empty() ? "" : ", ",
-                          shortest_numbers(key + " = " + value.get<std::string>()));
-    table.rows.push_back({text(p, "name"), text(p, "material"), keys, text(p, "note")});
+    for (const auto& [key, value] : p.set)
+      keys += fmt::format("{}{}", keys.empty() ? "" : ", ", shortest_numbers(key + " = " + value));
+    table.rows.push_back({p.name, p.material, keys, p.note});
   }
   page.section("Parameters", "parameters").table(table);
 }
 
-void runs_section(const Json& results, page::Page& page) {
+void runs_section(const ValidationDocument& results, page::Page& page) {
   page::Table table;
   table.caption = "All runs";
   table.columns = {{"experiment", ""}, {"parameters", ""}, {"for", ""}, {"seed", ""},
                    {"ended", ""},      {"wall time", "s"}, {"key", ""}};
-  for (const Json& e : results.at("experiments"))
-    for (const Json& r : e.at("runs"))
-      table.rows.push_back({text(e, "name"), text(r, "parameter_set"),
-                            text(r, "variant").empty() ? text(r, "purpose") : text(r, "variant"),
-                            Cell(number(r, "seed"), 6), text(r, "status"),
-                            Cell(number(r, "wall"), 3), text(r, "key")});
+  for (const ValidationDocument::ExperimentRow& e : results.experiments)
+    for (const ValidationDocument::RunRow& r : e.runs)
+      table.rows.push_back({e.name, r.parameter_set, r.variant.empty() ? r.purpose : r.variant,
+                            Cell(static_cast<double>(r.seed), 6), r.status, Cell(r.wall, 3),
+                            r.key});
   page::Content& content = page.section("Runs and commands", "runs");
-  std::string commands = text(results, "command") + "\n";
+  std::string commands = results.command + "\n";
   std::set<std::string> cases;
-  for (const Json& e : results.at("experiments"))
-    if (cases.insert(text(e, "case")).second)
-      commands += fmt::format("firn run {} --seed 1\n", text(e, "case"));
+  for (const ValidationDocument::ExperimentRow& e : results.experiments)
+    if (cases.insert(e.case_file).second)
+      commands += fmt::format("firn run {} --seed 1\n", e.case_file);
   content.code(commands, "To do it again");
   page::Content fold;
   fold.table(table);
@@ -174,12 +171,11 @@ void method_section(page::Page& page) {
           "bound it. The probability with Weibull's distribution is given in addition.");
 }
 
-page::Page page_of(const Json& results, const std::string& folder,
+page::Page page_of(const ValidationDocument& results, const std::string& folder,
                    const ValidationPageOptions& options) {
-  page::Page page(text(results, "title"),
-                  fmt::format("validation \"{}\", Firn {} ({}), contact model {}",
-                              text(results, "name"), text(results, "firn_version"),
-                              text(results, "git_commit"), contact_model_of(results)));
+  page::Page page(results.title,
+                  fmt::format("validation \"{}\", Firn {} ({}), contact model {}", results.name,
+                              results.firn_version, results.git_commit, results.contact_model));
   const std::vector<Sets> groups = grouped(results);
   validation_summary(results, groups, page);
   std::optional<ValidationReplays> replays;
@@ -194,12 +190,7 @@ page::Page page_of(const Json& results, const std::string& folder,
 }  // namespace
 
 page::Page validation_page(const std::string& results_file, const ValidationPageOptions& options) {
-  const Json results = read_results_json(results_file);
-  if (!results.is_object() || results.value("kind", Json()) != "validation")
-    throw InputError(
-        fmt::format("{}: is no result of a validation; expected the results.json that firn "
-                    "validate writes",
-                    results_file));
+  const ValidationDocument results = read_validation_document(results_file);
   return page_from(results_file, [&] {
     return page_of(results, std::filesystem::path(results_file).parent_path().string(), options);
   });

@@ -27,19 +27,19 @@ fs::path found(const std::string& results_file, const fs::path& folder) {
 
 }  // namespace
 
-ValidationReplays::ValidationReplays(const Json& results, const std::string& folder,
+ValidationReplays::ValidationReplays(const ValidationDocument& results, const std::string& folder,
                                      std::size_t budget)
     : budget_(budget) {
   std::set<std::string> compared;
-  for (const Json& c : results.at("comparisons")) compared.insert(text(c, "experiment"));
-  for (const Json& e : results.at("experiments")) {
-    if (!compared.contains(text(e, "name")) || !e.contains("runs")) continue;
-    for (const Json& r : e.at("runs")) {
-      if (text(r, "purpose") != "base") continue;
-      const fs::path file = found(r.value("results_file", ""), folder);
+  for (const ValidationDocument::ComparisonRow& c : results.comparisons)
+    compared.insert(c.experiment);
+  for (const ValidationDocument::ExperimentRow& e : results.experiments) {
+    if (!compared.contains(e.name)) continue;
+    for (const ValidationDocument::RunRow& r : e.runs) {
+      if (r.purpose != "base") continue;
+      const fs::path file = found(r.results_file, folder);
       if (!file.empty())
-        runs_[text(e, "name")] = {file.string(), file.filename().string(), text(r, "parameter_set"),
-                                  number(r, "seed"), ""};
+        runs_[e.name] = {file.string(), file.filename().string(), r.parameter_set, r.seed, ""};
       break;
     }
   }
@@ -59,8 +59,9 @@ void ValidationReplays::add(const std::string& experiment, const std::string& an
     return;
   }
   page::Content watch;
-  const std::string said = fmt::format("results file {}, parameter set {}, seed {}", run.shown_as,
-                                       run.parameter_set, page::number_text(run.seed, 9));
+  const std::string said =
+      fmt::format("results file {}, parameter set {}, seed {}", run.shown_as, run.parameter_set,
+                  page::number_text(static_cast<double>(run.seed), 9));
   try {
     const Recording recording(run.file);
     ReplayViewOptions options;

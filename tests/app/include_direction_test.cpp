@@ -87,7 +87,8 @@ const std::vector<std::pair<std::string, std::set<std::string>>> folders = {
     {"reports/rendering", {"experiments/inspection", "experiments/responses", "experiments/run"}},
     {"reports/replay", {"reports/html", "reports/rendering"}},
     {"reports/documents",
-     {"experiments/batch", "reports/plots", "reports/replay", "validation/verification"}},
+     {"calibrate/output", "experiments/batch/sweep", "reports/plots", "reports/replay",
+      "validation", "validation/verification"}},
 
     {"app/support", {"experiments/batch", "experiments/material_records", "reports/documents"}},
     {"app/output", {"app/support"}},

@@ -7,10 +7,10 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "experiments/batch/batch_folder.h"
+#include "experiments/batch/sweep/sweep_document.h"
 #include "experiments/responses/response_expression.h"
 #include "experiments/results/response.h"
 #include "experiments/system/input_file.h"
@@ -21,7 +21,6 @@
 #include "experiments/text/toml_document.h"
 #include "experiments/text/toml_names.h"
 #include "experiments/text/units.h"
-#include "experiments/text/vector_json.h"
 
 namespace firn {
 namespace {
@@ -121,23 +120,20 @@ void write_csv(const SweepResult& r) {
   file.close();
 }
 
-struct Scatter {
-  int count = 0;
-  double mean = kUndefined, deviation = kUndefined;
-};
-Scatter scatter(const SweepResult& r, std::size_t combination, std::size_t response) {
+SweepDocument::Scatter scatter(const SweepResult& r, std::size_t combination,
+                               std::size_t response) {
   std::vector<double> values;
   for (const SweepRun& run : r.runs)
     if (run.combination == combination && std::isfinite(run.values[response]))
       values.push_back(run.values[response]);
-  Scatter s;
-  s.count = static_cast<int>(values.size());
+  SweepDocument::Scatter s;
+  s.runs = static_cast<int>(values.size());
   if (values.empty()) return s;
   s.mean = 0;
-  for (const double v : values) s.mean += v / s.count;
+  for (const double v : values) s.mean += v / s.runs;
   double squares = 0;
   for (const double v : values) squares += (v - s.mean) * (v - s.mean);
-  if (s.count > 1) s.deviation = std::sqrt(squares / (s.count - 1));
+  if (s.runs > 1) s.standard_deviation = std::sqrt(squares / (s.runs - 1));
   return s;
 }
 
@@ -290,10 +286,10 @@ std::vector<SweptPower> powers(const SweepResult& r) {
     std::vector<double> mean, error;
     std::vector<int> runs;
     for (std::size_t c = 0; c < x.size(); ++c) {
-      const Scatter s = scatter(r, c, i);
+      const SweepDocument::Scatter s = scatter(r, c, i);
       mean.push_back(s.mean);
-      error.push_back(s.deviation / std::sqrt(s.count));
-      runs.push_back(s.count);
+      error.push_back(s.standard_deviation / std::sqrt(s.runs));
+      runs.push_back(s.runs);
     }
     if (has_power_law(x, mean))
       all.push_back({r.responses[i], fit_power_law(x, mean, error, runs)});
@@ -311,12 +307,12 @@ std::string render_table(const SweepResult& r) {
                         r.sweep.vary.empty() ? r.sweep.name : label(r.sweep, r.sweep.values(c)),
                         finished, r.sweep.seeds.size());
     for (std::size_t i = 0; i < r.responses.size(); ++i) {
-      const Scatter s = scatter(r, c, i);
+      const SweepDocument::Scatter s = scatter(r, c, i);
       const std::string unit = i < r.units.size() && r.units[i] != "1" ? r.units[i] : "";
       text += fmt::format(
           "    {:<36} {:>12} {:<7} {}\n", r.responses[i],
-          s.count > 0 ? fmt::format("{:.4g}", s.mean) : "undefined", unit,
-          s.count > 1 ? fmt::format("sd {:.2g} over {} runs", s.deviation, s.count) : "");
+          s.runs > 0 ? fmt::format("{:.4g}", s.mean) : "undefined", unit,
+          s.runs > 1 ? fmt::format("sd {:.2g} over {} runs", s.standard_deviation, s.runs) : "");
     }
     for (const SweepRun& run : r.runs)
       if (run.combination == c && run.result.status != JobStatus::finished)
@@ -333,42 +329,45 @@ std::string render_table(const SweepResult& r) {
   return text;
 }
 
-std::string render_json(const SweepResult& r) {
-  using Json = nlohmann::ordered_json;
-  Json j = {{"kind", "sweep"}, {"name", r.sweep.name}, {"case", r.sweep.case_file}};
-  j["responses"] = Json::array();
+namespace {
+
+SweepDocument document_of(const SweepResult& r) {
+  SweepDocument d;
+  d.name = r.sweep.name;
+  d.case_file = r.sweep.case_file;
   for (std::size_t i = 0; i < r.responses.size(); ++i)
-    j["responses"].push_back(
-        {{"name", r.responses[i]}, {"unit", i < r.units.size() ? r.units[i] : ""}});
+    d.responses.push_back({r.responses[i], i < r.units.size() ? r.units[i] : ""});
   for (std::size_t c = 0; c < r.sweep.combinations(); ++c) {
-    Json row = {{"values", Json::object()}};
+    SweepDocument::Combination& row = d.combinations.emplace_back();
     const std::vector<std::string> values = r.sweep.values(c);
     for (std::size_t i = 0; i < values.size(); ++i)
-      row["values"][r.sweep.vary[i].name] = plain(values[i]);
-    for (std::size_t i = 0; i < r.responses.size(); ++i) {
-      const Scatter s = scatter(r, c, i);
-      row["responses"][r.responses[i]] = {{"mean", number_json(s.mean)},
-                                          {"standard_deviation", number_json(s.deviation)},
-                                          {"runs", s.count}};
-    }
-    j["combinations"].push_back(row);
+      row.values.emplace_back(r.sweep.vary[i].name, plain(values[i]));
+    for (std::size_t i = 0; i < r.responses.size(); ++i)
+      row.responses.emplace_back(r.responses[i], scatter(r, c, i));
   }
   for (const auto& [response, law] : powers(r))
-    j["powers"][response] = {{"exponent", number_json(law.exponent)},
-                             {"standard_error", number_json(law.exponent_error)}};
-  for (const SweepRun& run : r.runs) {
-    Json values = Json::array();
-    for (const double v : run.values) values.push_back(number_json(v));
-    j["runs"].push_back({{"combination", run.combination},
-                         {"seed", run.seed},
-                         {"key", run.key},
-                         {"status", to_string(run.result.status)},
-                         {"reason", run.result.reason},
-                         {"wall", run.result.wall},
-                         {"values", values},
-                         {"results_file", run.result.results_file}});
-  }
-  return j.dump(1, ' ', false, Json::error_handler_t::replace);
+    d.powers.push_back({response, {law.exponent, law.exponent_error}});
+  for (const SweepRun& run : r.runs)
+    d.runs.push_back({run.combination, run.seed, run.key, to_string(run.result.status),
+                      run.result.reason, run.result.wall, run.values, run.result.results_file});
+  return d;
+}
+
+}  // namespace
+
+std::string render_json(const SweepResult& r) {
+  SweepDocument document = document_of(r);
+  return JsonFieldWriter::json_of(document).dump(1, ' ', false,
+                                                 nlohmann::ordered_json::error_handler_t::replace);
+}
+
+SweepDocument read_sweep_document(const std::string& results_file) {
+  const nlohmann::ordered_json json = read_results_json(results_file, "the results of a sweep");
+  if (!json.is_object() || json.value("kind", nlohmann::ordered_json()) != SweepDocument::kind_word)
+    throw InputError(
+        fmt::format("{}: is no result of a sweep; expected the results.json that firn sweep writes",
+                    results_file));
+  return document_from_json<SweepDocument>(json, results_file);
 }
 
 }  // namespace firn

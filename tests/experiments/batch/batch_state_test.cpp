@@ -64,24 +64,24 @@ TEST(BatchState, FollowsABatchAtWork) {
     auto state = read_batch_state(path);
     ASSERT_TRUE(state.has_value());
     EXPECT_TRUE(state->at_work);
-    EXPECT_EQ(state->command, "calibrate");
+    EXPECT_EQ(state->progress.command, "calibrate");
     EXPECT_EQ(state->ended(), 1);
     EXPECT_EQ(state->count("running"), 1);
     EXPECT_EQ(state->time_left(), 10.0 * 7 / 2);  // seven runs left, two at a time
     ASSERT_EQ(state->runs.size(), 4u);
     EXPECT_EQ(state->runs[0].result.responses.at(0).value.at(0), 12.5);
-    EXPECT_TRUE(state->best.empty());
+    EXPECT_FALSE(state->progress.knowledge.has_value());
 
     working.batch.progress().knowledge(
-        "text", R"J({"best":{"mu":{"value":0.1,"low":0.05,"high":0.2,"unit":"1"}},
-        "determined":[{"combination":"ln(mu)","value":-2.3,"uncertainty":0.25}],
-        "targets":[{"response":"angle","value":12}]})J");
+        "text", {{{"mu", {0.1, 0.05, 0.2, "1"}}}, {{"ln(mu)", -2.3, 0.25}}, {{"angle", 12}}});
     state = read_batch_state(path);
-    ASSERT_EQ(state->best.size(), 1u);
-    EXPECT_EQ(state->best[0].high, 0.2);
-    EXPECT_THAT(state->determined, testing::ElementsAre("ln(mu) = -2.3 ± 0.25"));
-    ASSERT_EQ(state->targets.size(), 1u);
-    EXPECT_EQ(state->targets[0].value, 12);
+    const BatchKnowledge known = state->progress.knowledge.value();
+    ASSERT_EQ(known.best.size(), 1u);
+    EXPECT_EQ(known.best[0].second.high, 0.2);
+    ASSERT_EQ(known.determined.size(), 1u);
+    EXPECT_EQ(known.determined[0].text(), "ln(mu) = -2.3 ± 0.25");
+    ASSERT_EQ(known.targets.size(), 1u);
+    EXPECT_EQ(known.targets[0].value, 12);
   }
   const auto state = read_batch_state(path);
   EXPECT_FALSE(state->at_work);

@@ -35,7 +35,7 @@ TEST(BatchProgress, IsOneJsonObjectALineForPrograms) {
     progress.stopped(run, {JobStatus::lost, "killed", {}});
     result.status = JobStatus::timed_out;
     progress.found(run, result);
-    progress.knowledge("text", R"({"best":{"mu":{"value":0.1}}})");
+    progress.knowledge("text", {{{"mu", {0.1, 0.05, 0.2, "1"}}}, {}, {}});
     progress.tick();
   }
   const auto events = lines(testing::internal::GetCapturedStderr());
@@ -62,7 +62,7 @@ TEST(BatchProgress, IsALineNowAndThenForPeople) {
     progress.phase("exploring");
     progress.started(run);
     progress.ended(run, {JobStatus::out_of_memory, "over", {}, 60});
-    progress.knowledge("  best so far: mu = 0.1", "{}");
+    progress.knowledge("  best so far: mu = 0.1", {});
     progress.phase("confirming");
   }
   EXPECT_EQ(testing::internal::GetCapturedStderr(),

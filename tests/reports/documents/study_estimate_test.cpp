@@ -5,12 +5,19 @@
 namespace firn {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
+std::vector<page::Fact> estimate_of(const Json& results) {
+  return study_estimate(document_from_json<StudyDocument>(results, "results.json"));
+}
+
 TEST(StudyAnswer, RecommendsNothingWhereTheTargetsAreOutOfReach) {
   Json results = {
-      {"estimate", {{"parameters", {{"mu", 0.155}}}}},
+      {"study", "heap"},
+      {"estimate", {{"name", "estimate"}, {"parameters", {{"mu", 0.155}}}}},
       {"parameters", {{{"name", "mu"}, {"unit", "1"}, {"interval_95", {0.203, 0.298}}}}},
       {"verdict", "not identifiable"}};
-  const auto recommended = [&] { return study_estimate(results).front().value; };
+  const auto recommended = [&] { return estimate_of(results).front().value; };
   EXPECT_EQ(recommended(), "mu = 0.155 (95 %: 0.203 to 0.298)");
   results["verdict"] = "infeasible";
   EXPECT_EQ(recommended(),
@@ -19,8 +26,10 @@ TEST(StudyAnswer, RecommendsNothingWhereTheTargetsAreOutOfReach) {
 
 TEST(StudyAnswer, AdvisesMoreRunsWhereTheyLimitWhatIsDetermined) {
   Json results = {
-      {"estimate", {{"parameters", {{"mu", 0.155}}}}},
+      {"study", "heap"},
+      {"estimate", {{"name", "estimate"}, {"parameters", {{"mu", 0.155}}}}},
       {"verdict", "calibrated"},
+      {"parameters", Json::array()},
       {"combinations",
        {{{"identifiable", true},
          {"terms", {{{"parameter", "mu"}, {"coefficient", 1.0}}}},
@@ -30,9 +39,10 @@ TEST(StudyAnswer, AdvisesMoreRunsWhereTheyLimitWhatIsDetermined) {
       {"measure_next",
        {{{"response", "angle"},
          {"repeats_a_target", true},
+         {"uncertainty", 0.1},
          {"information_bits", 0.1},
          {"remaining_extent", 0.97}}}}};
-  const auto next = [&] { return study_estimate(results).back().value; };
+  const auto next = [&] { return estimate_of(results).back().value; };
   EXPECT_EQ(
       next(),
       "first more runs (a larger budget): they make 90 % of the variance of what is determined; "

@@ -1,0 +1,84 @@
+#include "experiments/text/json_fields.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "experiments/system/input_file.h"
+#include "experiments/system/input_limits.h"
+#include "experiments/text/json_aliases.h"
+#include "experiments/text/json_reader.h"
+
+namespace firn {
+namespace {
+
+using FieldJson = nlohmann::ordered_json;
+
+constexpr double kLargestField = 1e100;
+constexpr std::int64_t kLargestInt = 1'000'000'000;
+
+std::string path_of(const JsonPlace& place) {
+  if (place.parent == nullptr) return std::string(place.key);
+  const std::string above = path_of(*place.parent);
+  return fmt::format("{}{}{}", above, above.empty() ? "" : ".",
+                     place.key.empty() ? std::to_string(place.index) : std::string(place.key));
+}
+
+std::string description(const FieldJson& json) {
+  if (json.is_object()) return "an object";
+  if (json.is_array()) return fmt::format("a list of {}", json.size());
+  return shortened(json.dump(-1, ' ', false, FieldJson::error_handler_t::replace));
+}
+
+}  // namespace
+
+void JsonPlace::refuse(const FieldJson& found, std::string_view expected) const {
+  const std::string path = path_of(*this);
+  throw InputError(fmt::format("{}: {}: is {}; expected {}", file, path.empty() ? "document" : path,
+                               description(found), expected));
+}
+
+void JsonPlace::refuse_missing(std::string_view missing) const {
+  throw InputError(
+      fmt::format("{}: {}: missing; expected this key", file, path_of({file, this, missing})));
+}
+
+void JsonFieldReader::read(const Json& json, const JsonPlace& place, double& value) {
+  value = std::numeric_limits<double>::quiet_NaN();
+  if (json.is_null()) return;
+  if (json.is_number()) value = json.get<double>();
+  if (!(std::abs(value) <= kLargestField)) place.refuse(json, "a number up to 1e100");
+}
+
+void JsonFieldReader::read(const Json& json, const JsonPlace& place, bool& value) {
+  if (!json.is_boolean()) place.refuse(json, "true or false");
+  value = json.get<bool>();
+}
+
+void JsonFieldReader::read(const Json& json, const JsonPlace& place, std::string& value) {
+  if (!json.is_string()) place.refuse(json, "a text");
+  value = json.get<std::string>();
+}
+
+void JsonFieldReader::read(const Json& json, const JsonPlace& place, int& value) {
+  // Beyond 63 bits a number is unsigned and compares as too large.
+  const bool fits = json.is_number_integer() &&
+                    !(json.is_number_unsigned() && json.get<std::uint64_t>() > kLargestInt) &&
+                    std::abs(json.get<std::int64_t>()) <= kLargestInt;
+  if (!fits) place.refuse(json, "a whole number up to a billion");
+  value = json.get<int>();
+}
+
+void JsonFieldReader::read(const Json& json, const JsonPlace& place, std::uint64_t& value) {
+  if (!json.is_number_unsigned()) place.refuse(json, "a whole number of at least 0");
+  value = json.get<std::uint64_t>();
+}
+
+FieldJson read_results_json(const std::string& file, const std::string& what) {
+  FieldJson document =
+      parse_ordered_json(read_input_file(file, what, input_limits::json_bytes), file);
+  use_current_json_names(document);
+  return document;
+}
+
+}  // namespace firn
