@@ -41,10 +41,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string file = kinds.folder.put("data.csv", fuzz::text_of(data, size));
   fuzz::accepts([&] {
     const MotionCsv m = read_motion_csv(file, "time", "way", dimension::length);
-    fuzz::require(m.times.size() == m.ways.size() && m.times.size() == m.lines.size(),
-                  "every row has a time, a way and a line");
+    fuzz::require(m.times.size() == m.positions.size() && m.times.size() == m.lines.size(),
+                  "every row has a time, a position and a line");
     require_finite(m.times, "times are finite");
-    require_finite(m.ways, "ways are finite");
+    require_finite(m.positions, "positions are finite");
   });
   for (TomlDocument& document : kinds.documents) {
     fuzz::accepts([&] {
