@@ -90,7 +90,8 @@ TEST_F(IcemakerCasesLong, HarvestIsStoppedByTheArmAndNothingIsLost) {
   EXPECT_EQ(value(summary, "lost_count"), 0);
   EXPECT_GE(value(summary, "arm_coordinate_end"), 25 * M_PI / 180);
   // The bucket can be pulled out from there.
-  const Case pull = read_case(shipped("bucket_pull_from"), {{"initial_state.file", path("run.h5")}});
+  const Case pull =
+      read_case(shipped("bucket_pull_from"), {{"initial_state.file", path("run.h5")}});
   EXPECT_EQ(static_cast<double>(pull.placed.size()), value(summary, "present_count"));
   EXPECT_EQ(pull.frame_starts.size(), 4u);
   EXPECT_NO_THROW(check_machine(pull));
