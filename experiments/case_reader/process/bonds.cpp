@@ -96,6 +96,27 @@ struct PlannedBond {
   Vec3 middle, axis, up;  // m, world; directions of any length
 };
 
+// m, from a point in body axes to the surface; 0 within.
+double distance_to(const Shape& shape, const Vec3& point) {
+  double least = std::numeric_limits<double>::infinity();
+  const ConvexPart there = sphere_part(point, 0);
+  for (const ConvexPart& part : shape.parts)
+    least = std::min(least, core_distance(part, there, Pose{}) - part.radius);
+  return std::max(0.0, least);
+}
+
+// The middle of the contact; if it lies in the air, such as between the two rims of a dish, the
+// deepest point. m, world.
+Vec3 neck_position(const Model& model, const Contact& contact, const Couple& bodies) {
+  constexpr double kRoundingError = 1e-9;  // m
+  const bool in_the_air = std::ranges::any_of(bodies, [&](const Standing& body) {
+    const Vec3 point = body.at.orientation.conjugate() * (contact.place - body.at.position);
+    return distance_to(shape_of(model, body.particle), point) > kRoundingError;
+  });
+  if (!in_the_air) return contact.place;
+  return std::ranges::min_element(contact.spots, {}, &ContactSpot::gap)->position;
+}
+
 // The contacts of the bodies that are there at the start, as they stand. The solver that finds them
 // has no boundaries, and its one step is too short to move a body.
 std::vector<PlannedBond> bonds_at_contacts(const TomlTable& t, const Case& c) {
@@ -119,9 +140,8 @@ std::vector<PlannedBond> bonds_at_contacts(const TomlTable& t, const Case& c) {
   std::vector<PlannedBond> planned;
   for (const Contact& contact : solver.contacts()) {
     if (!(contact.overlap > 0)) continue;
-    planned.push_back({{at.at(contact.a), at.at(contact.b)},
-                       contact.place,
-                       contact.normal,
+    const Couple bodies = {at.at(contact.a), at.at(contact.b)};
+    planned.push_back({bodies, neck_position(c.model, contact, bodies), contact.normal,
                        contact.normal.unitOrthogonal()});
   }
   if (planned.empty())
@@ -260,15 +280,6 @@ BeamLaw read_law(const TomlTable& root, const TomlTable& t, const Material& mate
   return law;
 }
 
-// m, from a point in body axes to the surface; 0 within.
-double distance_to(const Shape& shape, const Vec3& point) {
-  double least = std::numeric_limits<double>::infinity();
-  const ConvexPart there = sphere_part(point, 0);
-  for (const ConvexPart& part : shape.parts)
-    least = std::min(least, core_distance(part, there, Pose{}) - part.radius);
-  return std::max(0.0, least);
-}
-
 // A bridge that hangs in the air would hold bodies by nothing.
 void check_reach(const TomlTable& t, const Model& model, const Bond& bond, const BeamLaw& law) {
   const double reach = 2 * std::max(law.section.half_width, law.section.half_height);
@@ -276,7 +287,7 @@ void check_reach(const TomlTable& t, const Model& model, const Bond& bond, const
     const double off = distance_to(shape_of(model, particle), end);
     if (off <= reach) return;
     t.fail("length", fmt::format("the bridge from particle {} to {} ends {:.4g} mm off particle "
-                                 "{}; expected neighbours, a bridge that comes to within {:.4g} mm "
+                                 "{}; expected neighbors, a bridge that comes to within {:.4g} mm "
                                  "of both",
                                  bond.a, bond.b, 1e3 * off, particle, 1e3 * reach));
   };
@@ -350,7 +361,8 @@ void read_bonds(const TomlTable& root, Case& c) {
       const auto& [a, b] = bodies;
       model.bonds.push_back(
           make_bond(a.particle, b.particle, number, law.length, a.at, b.at, middle, axis, up));
-      check_reach(t, model, model.bonds.back(), law);
+      // Bodies in contact need no bridge that reaches them.
+      if (!t.has("contacts")) check_reach(t, model, model.bonds.back(), law);
     }
   }
 }

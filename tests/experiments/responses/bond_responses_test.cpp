@@ -1,10 +1,12 @@
 // [[bonds]] of case files, and what results files and responses say of them.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <cmath>
 #include <filesystem>
+#include <random>
 
 #include "experiments/case_reader/process/sintering.h"
 #include "experiments/export/export.h"
@@ -158,7 +160,7 @@ pairs = [[0, 1]]
 TEST(BondCase, MistakesAreToldInOneLine) {
   EXPECT_THAT(complaint(joined("inlet = \"mould\"")), HasSubstr("is no inlet"));
   EXPECT_THAT(complaint(joined("inlet = \"mold\"\nposition = \"0 0 40 mm\"")),
-              HasSubstr("mm off particle 0; expected neighbours"));
+              HasSubstr("mm off particle 0; expected neighbors"));
   EXPECT_THAT(complaint(joined("inlet = \"mold\"\nheight_direction = [1, 0, 0]")),
               HasSubstr("along the bridge"));
   EXPECT_THAT(complaint(joined("inlet = \"mold\"\nmold = \"floor\"")),
@@ -170,7 +172,7 @@ TEST(BondCase, MistakesAreToldInOneLine) {
   apart.replace(apart.find("\"25 1 1 mm\""), 11, "\"90 1 1 mm\"");
   const std::string line = complaint(apart);
   EXPECT_THAT(line, HasSubstr("bonds.bridges.length"));
-  EXPECT_THAT(line, HasSubstr("expected neighbours"));
+  EXPECT_THAT(line, HasSubstr("expected neighbors"));
   EXPECT_EQ(line.find('\n'), line.npos);
 }
 
@@ -271,6 +273,37 @@ TEST(Sintering, JoinsBodiesThatTouchAtTheirContacts) {
   EXPECT_EQ(read_case_text(c.resolved, "again", ".").resolved, c.resolved);
 }
 
+// However a cube stands on another, and however thin the neck is: they overlap by 0.3 mm, more than
+// the neck is wide.
+TEST(Sintering, JoinsBodiesInAnyPosition) {
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (int member = 0; member < 40; ++member) {
+    SCOPED_TRACE(member);
+    Eigen::Vector4d q;
+    for (double& value : q) value = normal(random);
+    const Quat turn = Quat(q[0], q[1], q[2], q[3]).normalized();
+    // The lowest corner of the core of the cube of 20 mm, rounded by 1 mm, from its center, mm.
+    const Vec3 up = turn.conjugate() * Vec3::UnitZ();
+    const Vec3 corner = turn * Vec3(-9 * up.array().sign());
+    const double x = 7 * uniform(random) - corner.x(), y = 7 * uniform(random) - corner.y();
+    const double neck = std::pow(10, -1.5 + 1.5 * uniform(random));  // mm
+    const std::string text =
+        std::string(kBodies) +
+        fmt::format(
+            "[[particles]]\nshape = \"cube\"\nposition = \"0 0 9.99 mm\"\n"
+            "[[particles]]\nshape = \"cube\"\nposition = \"{} {} {} mm\"\n"
+            "orientation = [{}, {}, {}, {}]\n"
+            "[[bonds]]\nname = \"necks\"\ncontacts = true\nradius = \"{} mm\"\n"
+            "tensile_strength = \"1 MPa\"\nshear_strength = \"1 MPa\"\n",
+            x, y, 19.99 + 1 - corner.z() - 0.3, turn.w(), turn.x(), turn.y(), turn.z(), neck);
+    const Case c = read(text);
+    EXPECT_GE(c.model.bonds.size(), 1u);
+    EXPECT_EQ(read_case_text(c.resolved, "again", ".").resolved, c.resolved);
+  }
+}
+
 TEST(Sintering, StorageGivesTheRadius) {
   const std::string store = "storage_time = \"8 h\"\ntemperature = \"-10 degC\"\n";
   const Case c = read(stack(store + "curvature_radius = \"1 mm\"\n"));
@@ -296,9 +329,64 @@ TEST(Sintering, StorageGivesTheRadius) {
   EXPECT_THAT(complaint(alone), HasSubstr("no two bodies touch"));
 }
 
+class BondRun : public ResultsFolder {};
+
+// However thin the necks are: some of the contacts of crescents are between the rims of a dish.
+TEST_F(BondRun, PiledCrescentsAreJoinedAtAllContacts) {
+  const std::string scene = R"(
+[case]
+duration = "0.4 s"
+steps_per_loading = 6
+[materials.ice]
+density = "916.7 kg/m^3"
+young_modulus = "0.01 GPa"
+[interactions.ice-ice]
+static_friction = 0.1
+restitution = 0.3
+[shapes.cube]
+kind = "crescent"
+material = "ice"
+rounding = "1 mm"
+[[boundaries]]
+name = "floor"
+kind = "container"
+material = "ice"
+diameter = "170 mm"
+height = "300 mm"
+wall = "5 mm"
+floor = "5 mm"
+)";
+  const std::string pour = R"(
+[[fills]]
+shape = "cube"
+count = 30
+region_min = "-55 -55 10 mm"
+region_max = "55 55 290 mm"
+velocity = "0 0 -0.5 m/s"
+)";
+  for (const char* seed : {"1", "2"}) {
+    SCOPED_TRACE(seed);
+    const std::string file = std::string("piled") + seed + ".h5";
+    ASSERT_EQ(
+        run(read_case_text(scene + pour, "c.toml", path(""), {{"case.seed", seed}}), options(file))
+            .status,
+        RunStatus::finished);
+    std::size_t count = 0;
+    for (const char* radius : {"1 um", "0.1 mm", "2 mm"}) {
+      const Case c = read_case_text(
+          scene + "[initial_state]\nfile = \"" + file +
+              "\"\n[[bonds]]\nname = \"necks\"\ncontacts = true\nradius = \"" + radius +
+              "\"\ntensile_strength = \"1 MPa\"\nshear_strength = \"1 MPa\"\n",
+          "stored.toml", path(""));
+      if (count == 0) count = c.model.bonds.size();
+      EXPECT_GE(count, 30u);
+      EXPECT_EQ(c.model.bonds.size(), count) << radius;
+    }
+  }
+}
+
 // Two rows of cubes fall across an edge: some bridges break. Interrupted on the way, the file is
 // the same.
-class BondRun : public ResultsFolder {};
 TEST_F(BondRun, BreaksAreKeptAndResumedBitForBit) {
   const Case c = read(joined());
   const std::string whole = path("whole.h5"), parts = path("parts.h5"),
