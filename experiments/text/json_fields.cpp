@@ -64,7 +64,8 @@ void JsonFieldReader::read(const Json& json, const JsonPlace& place, int& value)
   // Beyond 63 bits a number is unsigned and compares as too large.
   const bool fits = json.is_number_integer() &&
                     !(json.is_number_unsigned() && json.get<std::uint64_t>() > kLargestInt) &&
-                    std::abs(json.get<std::int64_t>()) <= kLargestInt;
+                    json.get<std::int64_t>() >= -kLargestInt &&
+                    json.get<std::int64_t>() <= kLargestInt;
   if (!fits) place.refuse(json, "a whole number up to a billion");
   value = json.get<int>();
 }

@@ -76,6 +76,11 @@ TEST(JsonFields, AreRefusedWithTheirPlace) {
             "x.json: range: is a list of 1; expected a list of 2");
   EXPECT_EQ(refusal("{" + rest + R"(, "count": 1.5})"),
             "x.json: count: is 1.5; expected a whole number up to a billion");
+  for (const char* count : {"1000000001", "-1000000001", "9223372036854775808",
+                            "-9223372036854775808", "18446744073709551615"})
+    EXPECT_EQ(
+        refusal("{" + rest + ", \"count\": " + count + "}"),
+        std::string("x.json: count: is ") + count + "; expected a whole number up to a billion");
   EXPECT_EQ(refusal("{" + rest + R"(, "parts": [{"value": 1}, {"value": 1e101}]})"),
             "x.json: parts.1.value: is 1e+101; expected a number up to 1e100");
   EXPECT_EQ(refusal("{" + rest + R"(, "named": {"b": {}}})"),
