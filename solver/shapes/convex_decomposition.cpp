@@ -133,9 +133,7 @@ Decomposition decompose_unit(const TriangleMesh& mesh, const DecomposeOptions& o
     for (auto& h : hull) {
       // The pieces on both sides of a cut get exactly opposite planes.
       for (const auto& cut : piece.cuts) {
-        const bool same =
-            (h.normal - cut.normal).norm() < 1e-6 && std::abs(h.offset - cut.offset) < 1e-6 * size;
-        if (same) h = cut;
+        if (same_plane(h, cut, settings)) h = cut;
       }
     }
     result.pieces.push_back(std::move(hull));

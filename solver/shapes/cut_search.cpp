@@ -14,7 +14,7 @@ namespace firn {
 namespace {
 
 constexpr std::size_t kMaxRejected = 3;  // cuts of one piece, by backtracking
-constexpr double kNoCost = std::numeric_limits<double>::infinity();
+constexpr double kHighestCost = std::numeric_limits<double>::infinity();
 
 // Undoes the cut that made `stuck`: replaces all descendants of its parent by the parent.
 void backtrack(std::vector<CutPiece>& pieces, const CutPiece& stuck) {
@@ -33,7 +33,7 @@ void backtrack(std::vector<CutPiece>& pieces, const CutPiece& stuck) {
 double cost_of_cut(const std::array<CutPiece, 2>& sides, const Vec3& normal, const CutRule& rule,
                    const CutSettings& s) {
   const double unit = s.size * s.size * s.size;
-  double sum = 0, least = kNoCost;
+  double sum = 0, least = kHighestCost;
   for (const auto& side : sides) {
     const double excess = side.deviation / s.options.tolerance, surplus = side.surplus / unit;
     double c = 0;
@@ -83,7 +83,7 @@ std::optional<std::array<CutPiece, 2>> best_split(const CutPiece& piece, const C
                                                   const std::vector<ReflexEdge>& reflex_edges,
                                                   const CutSettings& s) {
   std::optional<std::array<CutPiece, 2>> best;
-  double best_cost = kNoCost;
+  double best_cost = kHighestCost;
   for (const auto& cut : candidate_planes(piece, reflex_edges, rule.middle_only, s)) {
     if (was_rejected(piece, cut)) continue;
     auto sides = split_piece(piece, cut, s);
