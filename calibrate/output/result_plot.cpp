@@ -25,11 +25,6 @@ using Out = fmt::memory_buffer;
 
 constexpr int map_cells = 80, slice_cells = 120;
 
-// "ice friction / deg": the label of an axis.
-std::string axis_label(const std::string& name, const std::string& unit) {
-  return words(name) + (unit_text(unit).empty() ? "" : " / " + unit);
-}
-
 // ", discrepancy ± 1.5 deg" of a target that has one.
 std::string discrepancy_text(const Target& t) {
   if (!(t.discrepancy > 0)) return "";
@@ -79,7 +74,7 @@ void print_axis(Out& out, const char* axis, const Parameter& p) {
   for (const double t : tick_values(p))
     ticks.push_back(fmt::format("\"{:.4g}\" {:.6f}", t, p.to_unit(t)));
   print(out, "set {0}label {1}\nset {0}range [0:1]\nset {0}tics ({2})\n", axis,
-        encode::gnuplot(axis_label(p.name, p.unit)), fmt::join(ticks, ", "));
+        encode::gnuplot(axis_label(words(p.name), p.unit)), fmt::join(ticks, ", "));
 }
 
 void print_preamble(Out& out, const Scene& s) {
@@ -224,7 +219,7 @@ std::string draw_map(const Scene& s) {
   print_axis(out, "x", s.study.parameters[0]);
   print_axis(out, "y", s.study.parameters[1]);
   print(out, "set cblabel {} offset 1,0\nset cbrange [{:.6g}:{:.6g}]\n",
-        encode::gnuplot(axis_label(t.response.label, t.unit)), r.lowest, r.highest);
+        encode::gnuplot(axis_label(words(t.response.label), t.unit)), r.lowest, r.highest);
   for (const CheckedSet& set : s.result.compare) {
     const VectorXd u = to_unit(s.study.parameters, set.values);
     print(out,
@@ -294,7 +289,7 @@ std::string draw_slices(const Scene& s) {
   Out out;
   print_preamble(out, s);
   print(out, "set ylabel {}\nset grid lc rgb '#dddddd'\n",
-        encode::gnuplot(axis_label(t.response.label, t.unit)));
+        encode::gnuplot(axis_label(words(t.response.label), t.unit)));
   if (d > 1) print(out, "set multiplot layout 1,{}\n", d);
   for (std::size_t i = 0; i < d; ++i) {
     print_axis(out, "x", s.study.parameters[i]);

@@ -87,6 +87,10 @@ std::string unit_suffix(const std::string& unit) {
   return unit_text(unit).empty() ? "" : " " + unit;
 }
 
+std::string axis_label(const std::string& name, const std::string& unit) {
+  return name + (unit_text(unit).empty() ? "" : " / " + unit);
+}
+
 std::string words(std::string key) {
   std::ranges::replace(key, '_', ' ');
   return key;

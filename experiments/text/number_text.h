@@ -23,6 +23,9 @@ std::string unit_text(const std::string& unit);
 // The same as a suffix of a number: " deg".
 std::string unit_suffix(const std::string& unit);
 
+// The label of an axis: "friction force / N"; the name alone of a bare number.
+std::string axis_label(const std::string& name, const std::string& unit);
+
 // A key as words: "discharge_time" becomes "discharge time".
 std::string words(std::string key);
 

@@ -19,10 +19,7 @@ namespace {
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kMostPoints = 1200;  // of a line; more cannot be seen
 
-std::string axis_title(const Axis& axis) {
-  if (axis.unit.empty() || axis.unit == "1") return axis.label;
-  return axis.label + " / " + axis.unit;
-}
+std::string axis_title(const Axis& axis) { return axis_label(axis.label, axis.unit); }
 
 bool shown(const Axis& axis, double value) {
   // Beyond these the arithmetic of gnuplot overflows.
