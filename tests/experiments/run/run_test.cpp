@@ -321,8 +321,8 @@ TEST_F(RunTest, FinishedRunIsNotRunAgain) {
   EXPECT_EQ(again.status, RunStatus::finished);
   EXPECT_EQ(again.steps, 0u);
   EXPECT_NEAR(again.simulated, 0.01, 1e-4);
-  const RunSummary anew = run(c, options("run.h5"));
-  EXPECT_EQ(anew.renamed_earlier_file, (directory_ / "run.1.h5").string());
+  const RunSummary repeated = run(c, options("run.h5"));
+  EXPECT_EQ(repeated.renamed_earlier_file, (directory_ / "run.1.h5").string());
 }
 
 // A cube that starts deep inside another one: beyond the overlap limit in the first step.
