@@ -206,19 +206,13 @@ std::string render_json(const Validation& v) {
   for (std::size_t e = 0; e < v.suite.experiments.size(); ++e)
     d.experiments.push_back(experiment_of(v, e));
   for (const Comparison& c : v.comparisons) d.comparisons.push_back(comparison_of(c));
-  return JsonFieldWriter::json_of(d).dump(1, ' ', false,
-                                          nlohmann::ordered_json::error_handler_t::replace);
+  return json_text(std::move(d), 1);
 }
 
 ValidationDocument read_validation_document(const std::string& results_file) {
-  const nlohmann::ordered_json json =
-      read_results_json(results_file, "the results of a validation");
-  if (!json.is_object() || json.value("kind", nlohmann::ordered_json()) != "validation")
-    throw InputError(
-        fmt::format("{}: is no result of a validation; expected the results.json that firn "
-                    "validate writes",
-                    results_file));
-  return document_from_json<ValidationDocument>(json, results_file);
+  return document_from_json<ValidationDocument>(
+      read_results_json(results_file, "the results of a validation", "validation", "firn validate"),
+      results_file);
 }
 
 }  // namespace firn

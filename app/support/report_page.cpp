@@ -45,12 +45,10 @@ page::Page report_page(const std::string& path, const ValidationPageOptions& opt
         "{}: does not exist; expected RUN.h5, the folder of a study, a validation or a sweep, "
         "or its results.json",
         source.string()));
-  using Json = nlohmann::ordered_json;
-  const Json json =
-      read_results_json(source.string(), "the results.json of a study, a validation or a sweep");
-  if (json.is_object() && json.value("kind", Json()) == "sweep") return sweep_page(source.string());
-  const bool study = json.is_object() && json.contains("study");
-  return study ? study_page(source.string()) : validation_page(source.string(), options);
+  const std::string kind = results_kind(
+      read_results_json(source.string(), "the results.json of a study, a validation or a sweep"));
+  if (kind == "sweep") return sweep_page(source.string());
+  return kind == "study" ? study_page(source.string()) : validation_page(source.string(), options);
 }
 
 std::string write_folder_page(const std::string& folder) {

@@ -309,19 +309,13 @@ StudyDocument study_document(const Study& study, const CalibrationResult& a) {
   return d;
 }
 
-std::string render_json(StudyDocument document) {
-  return JsonFieldWriter::json_of(document).dump(2);
-}
+std::string render_json(StudyDocument document) { return json_text(std::move(document), 2); }
 
 StudyDocument read_study_document(const std::string& results_file) {
-  const nlohmann::ordered_json json =
-      read_results_json(results_file, "the results of a study (results.json in its folder)");
-  if (!json.is_object() || !json.contains("study"))
-    throw InputError(
-        fmt::format("{}: is no result of a study; expected the results.json that firn calibrate "
-                    "writes",
-                    results_file));
-  return document_from_json<StudyDocument>(json, results_file);
+  return document_from_json<StudyDocument>(
+      read_results_json(results_file, "the results of a study (results.json in its folder)",
+                        "study", "firn calibrate"),
+      results_file);
 }
 
 std::string render_posterior_csv(const Study& study, const CalibrationResult& a) {

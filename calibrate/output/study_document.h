@@ -495,7 +495,7 @@ struct StudyDocument {
     int total = 0, finished = 0, arched = 0, failed = 0, timed_out = 0, out_of_memory = 0;
     int crashed = 0;
     std::vector<std::string> cut_short;  // a sentence each
-    int by_another_version = 0;          // not used
+    int by_another_version = 0;          // of Firn; the study does not use them
     template <class Fields>
     void fields(Fields& f) {
       f.added("total", total);

@@ -26,7 +26,7 @@ BatchProgressRecord read_progress(const std::string& text, const std::string& fi
   BatchProgressRecord progress;
   JsonFieldReader::read(json, {file, nullptr, "progress"}, progress);
   for (const int count : {progress.most_runs, progress.jobs})
-    if (count < 0 || count > kMostRuns)
+    if (count < 0)  // the reader refuses larger ones than kMostRuns
       throw InputError(fmt::format("{}: progress: {} runs; expected a number from 0 to {}", file,
                                    count, kMostRuns));
   return progress;

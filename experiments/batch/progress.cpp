@@ -18,13 +18,6 @@
 namespace firn {
 namespace {
 
-// By value: writing takes what can be changed.
-template <class T>
-std::string json_line(T value) {
-  return JsonFieldWriter::json_of(value).dump(-1, ' ', false,
-                                              nlohmann::json::error_handler_t::replace);
-}
-
 constexpr int bar_width = 24;
 constexpr auto terminal_interval = std::chrono::milliseconds(200);
 constexpr auto plain_interval = std::chrono::seconds(30);
@@ -101,7 +94,7 @@ void BatchProgress::count(const JobResult& result) {
 
 void BatchProgress::record(const std::optional<BatchKnowledge>& knowledge) {
   if (journal_ != nullptr)
-    journal_->record_progress(json_line(BatchProgressRecord{name_, total_, jobs_, knowledge}));
+    journal_->record_progress(json_text(BatchProgressRecord{name_, total_, jobs_, knowledge}, -1));
 }
 
 void BatchProgress::knowledge(const std::string& text, const BatchKnowledge& knowledge) {
@@ -109,7 +102,7 @@ void BatchProgress::knowledge(const std::string& text, const BatchKnowledge& kno
   record(knowledge);
   if (style_ == ProgressStyle::text && !terminal_) print_lines(stderr, "{}\n", text);
   if (style_ == ProgressStyle::json)
-    print_lines(stderr, "{{\"event\":\"knowledge\",\"knowledge\":{}}}\n", json_line(knowledge));
+    print_lines(stderr, "{{\"event\":\"knowledge\",\"knowledge\":{}}}\n", json_text(knowledge, -1));
   if (terminal_) draw(true);
 }
 

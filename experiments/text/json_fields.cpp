@@ -82,4 +82,20 @@ FieldJson read_results_json(const std::string& file, const std::string& what) {
   return document;
 }
 
+std::string results_kind(const FieldJson& document) {
+  if (!document.is_object()) return "";
+  const FieldJson kind = document.value("kind", FieldJson());
+  if (kind == "sweep" || kind == "validation") return kind.get<std::string>();
+  return document.contains("study") ? "study" : "";
+}
+
+FieldJson read_results_json(const std::string& file, const std::string& what,
+                            const std::string& kind, const std::string& command) {
+  FieldJson document = read_results_json(file, what);
+  if (results_kind(document) != kind)
+    throw InputError(fmt::format(
+        "{}: is no result of a {}; expected the results.json that {} writes", file, kind, command));
+  return document;
+}
+
 }  // namespace firn

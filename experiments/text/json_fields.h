@@ -183,15 +183,31 @@ class JsonFieldReader {
   const JsonPlace& place_;
 };
 
-// A results.json of Firn in current names, at most as long as input_limits.h says. `what` it should
-// be goes into the message where it cannot be read.
-nlohmann::ordered_json read_results_json(const std::string& file, const std::string& what);
-
 template <class T>
 T document_from_json(const nlohmann::ordered_json& json, const std::string& file) {
   T document;
   JsonFieldReader::read(json, {file}, document);
   return document;
 }
+
+// JSON text of a document; `indent`: columns of a level, -1: one line. By value: writing takes what
+// can be changed. Bytes that are no UTF-8 become U+FFFD.
+template <class T>
+std::string json_text(T document, int indent) {
+  return JsonFieldWriter::json_of(document).dump(indent, ' ', false,
+                                                 nlohmann::ordered_json::error_handler_t::replace);
+}
+
+// A results.json of Firn in current names, at most as long as input_limits.h says. `what` it should
+// be goes into the message where it cannot be read.
+nlohmann::ordered_json read_results_json(const std::string& file, const std::string& what);
+
+// "sweep", "validation" or "study"; empty for a document of no such kind.
+std::string results_kind(const nlohmann::ordered_json& document);
+
+// Reads a results.json of the given kind. `command`: the command that writes it, for the message.
+// Throws InputError for a file that cannot be read or has another kind.
+nlohmann::ordered_json read_results_json(const std::string& file, const std::string& what,
+                                         const std::string& kind, const std::string& command);
 
 }  // namespace firn

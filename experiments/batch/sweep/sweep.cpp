@@ -355,19 +355,12 @@ SweepDocument document_of(const SweepResult& r) {
 
 }  // namespace
 
-std::string render_json(const SweepResult& r) {
-  SweepDocument document = document_of(r);
-  return JsonFieldWriter::json_of(document).dump(1, ' ', false,
-                                                 nlohmann::ordered_json::error_handler_t::replace);
-}
+std::string render_json(const SweepResult& r) { return json_text(document_of(r), 1); }
 
 SweepDocument read_sweep_document(const std::string& results_file) {
-  const nlohmann::ordered_json json = read_results_json(results_file, "the results of a sweep");
-  if (!json.is_object() || json.value("kind", nlohmann::ordered_json()) != SweepDocument::kind_word)
-    throw InputError(
-        fmt::format("{}: is no result of a sweep; expected the results.json that firn sweep writes",
-                    results_file));
-  return document_from_json<SweepDocument>(json, results_file);
+  return document_from_json<SweepDocument>(
+      read_results_json(results_file, "the results of a sweep", "sweep", "firn sweep"),
+      results_file);
 }
 
 }  // namespace firn

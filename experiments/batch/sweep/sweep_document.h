@@ -65,8 +65,7 @@ struct SweepDocument {
     }
   };
 
-  static constexpr const char* kind_word = "sweep";
-  std::string kind = kind_word;
+  std::string kind = "sweep";
   std::string name, case_file;
   std::vector<NamedResponse> responses;
   std::vector<Combination> combinations;
