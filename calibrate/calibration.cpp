@@ -142,10 +142,10 @@ void Calibration::spread_design() {
 
 // Whether seeds at the middle differ by less than what each target is uncertain by.
 bool Calibration::noise_is_negligible() const {
-  const Point& centre = a_.points.back();
+  const Point& center = a_.points.back();
   if (!study_.curves.empty()) return false;  // their components are not known yet
   return std::all_of(study_.targets.begin(), study_.targets.end(), [&](const Target& t) {
-    const Sample s = sample(centre.finished(t.response));
+    const Sample s = sample(center.finished(t.response));
     return s.count >= 2 && s.sd() < t.sd();
   });
 }

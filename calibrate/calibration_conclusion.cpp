@@ -232,18 +232,18 @@ bool Calibration::agrees(const CheckedSet& set) const {
 
 // Shifts by each numerics check, against the runs at the middle.
 void Calibration::compare_numerics() {
-  const auto centre = std::find_if(a_.points.begin(), a_.points.end(),
+  const auto center = std::find_if(a_.points.begin(), a_.points.end(),
                                    [](const Point& p) { return p.phase == "centre"; });
   const ResponseModels* fitted = a_.models ? &*a_.models : nullptr;
   for (std::size_t i = 0; i < numerics_.size(); ++i) {
     NumericsOutcome outcome{study_.numerics[i].name, {}};
     const auto compare = [&](const ResponseId& response) {
       const Sample there = sample(numerics_[i].finished(response));
-      const Sample here = sample(centre->finished(response));
+      const Sample here = sample(center->finished(response));
       if (there.count == 0 || here.count == 0) return;
-      outcome.shifts.push_back({response.label, centre->unit(response), there.mean - here.mean,
-                                std::hypot(standard_error(fitted, response, centre->u, there),
-                                           standard_error(fitted, response, centre->u, here))});
+      outcome.shifts.push_back({response.label, center->unit(response), there.mean - here.mean,
+                                std::hypot(standard_error(fitted, response, center->u, there),
+                                           standard_error(fitted, response, center->u, here))});
     };
     for (const Target& t : study_.targets) compare(t.response);
     for (const Observed& o : study_.observed) compare(o.response);

@@ -66,7 +66,7 @@ std::string unit_row(double longest_edge, double unit, MeshUse use) {
 }
 
 Json repair_json(const MeshRepair& r) {
-  return {{"needed", r.needed()},       {"hopeless", !r.is_repairable()},
+  return {{"needed", r.needed()},       {"repairable", r.is_repairable()},
           {"degenerate", r.degenerate}, {"disconnected_edges", r.disconnected_edges},
           {"joined", r.joined},         {"removed", r.removed},
           {"added", r.added},           {"reversed", r.reversed},

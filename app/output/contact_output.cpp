@@ -36,7 +36,7 @@ std::string state_text(const Contact& c) {
 }
 
 // Where a point is on its hysteresis: loading goes along K s, unloading far below it.
-std::string branch_text(const Contact& c, const ContactSpot& p) {
+std::string branch_text(const Contact& c, const ContactPointInfo& p) {
   if (!(p.force > 0)) return "";
   const double part = p.force / (c.stiffness * p.stiffness_fraction * -p.gap);
   return part > 1 - 1e-9 ? ", loading" : fmt::format(", {} of loading", percent(part));
@@ -47,21 +47,21 @@ std::string contact_text(const Model& model, const ContactView& view) {
   std::string text = fmt::format("{}, patch {}: ", body_name(model, view.neighbor()), c.patch);
   if (!view.is_active()) return text + fmt::format("near, gap {:.3g} um\n", 1e6 * c.gap);
   text += fmt::format("{:.4g} N along normal {}, at {}\n", c.normal_force, vector_text(c.normal),
-                      place_text(c.place));
+                      place_text(c.position));
   text += fmt::format(
       "  {}: friction {:.4g} N, {} of its limit {:.4g} N; torsion {:.3g} of {:.3g} "
       "N mm\n",
-      state_text(c), c.friction.norm(), percent(view.friction_mobilization()), c.friction_cap,
-      1e3 * c.torsion, 1e3 * c.torsion_cap);
+      state_text(c), c.friction.norm(), percent(view.friction_mobilization()), c.friction_limit,
+      1e3 * c.torsion, 1e3 * c.torsion_limit);
   if (c.rolling.norm() > 0)
     text += fmt::format("  rolling moment {} N mm\n", vector_text(1e3 * c.rolling));
   text += fmt::format(
       "  force on it {} N; overlap {:.4g} um, {} % of the thickness; K {:.4g} "
       "N/m, {} points\n",
       vector_text(c.force), 1e6 * c.overlap,
-      number_text(100 * c.overlap / smallest_extent(model, c), 3), c.stiffness, c.spots.size());
-  for (std::size_t k = 0; k < c.spots.size(); ++k) {
-    const ContactSpot& p = c.spots[k];
+      number_text(100 * c.overlap / smallest_extent(model, c), 3), c.stiffness, c.points.size());
+  for (std::size_t k = 0; k < c.points.size(); ++k) {
+    const ContactPointInfo& p = c.points[k];
     text += fmt::format("    {:>2}  {}  {} {:8.3f} um  fraction {:.4f}  {:.4g} N{}\n", k,
                         place_text(p.position), p.gap > 0 ? "gap    " : "overlap",
                         1e6 * std::abs(p.gap), p.stiffness_fraction, p.force, branch_text(c, p));
@@ -77,7 +77,7 @@ std::string head_text(const Case& c, const ContactSnapshot& now) {
 std::string line_text(const Model& model, const Contact& c) {
   return fmt::format("  {:<14} {:<18} {:>10.4g} N  {:>7}  {} of limit    {:>9.3f} um {:>7.3f} %\n",
                      body_name(model, c.a), body_name(model, c.b), c.normal_force, state_text(c),
-                     percent(c.friction_cap > 0 ? c.friction.norm() / c.friction_cap : 0),
+                     percent(c.friction_limit > 0 ? c.friction.norm() / c.friction_limit : 0),
                      1e6 * c.overlap, 100 * c.overlap / smallest_extent(model, c));
 }
 
@@ -88,33 +88,34 @@ Json body_json(const Model& model, int body) {
 
 Json contact_json(const Model& model, const Contact& c) {
   Json points = Json::array();
-  for (const ContactSpot& p : c.spots) {
+  for (const ContactPointInfo& p : c.points) {
     points.push_back({{"position", vector_json(p.position)},
                       {"gap", p.gap},
                       {"stiffness_fraction", p.stiffness_fraction},
                       {"force", p.force},
                       {"area", p.area}});
   }
-  return {{"body", body_json(model, c.a)},
-          {"neighbour", body_json(model, c.b)},
-          {"patch", c.patch},
-          {"state", state_text(c)},
-          {"position", vector_json(c.place)},
-          {"normal", vector_json(c.normal)},
-          {"normal_force", c.normal_force},
-          {"friction", vector_json(c.friction)},
-          {"friction_limit", c.friction_cap},
-          {"friction_mobilization", c.friction_cap > 0 ? c.friction.norm() / c.friction_cap : 0},
-          {"torsion", c.torsion},
-          {"torsion_limit", c.torsion_cap},
-          {"rolling", vector_json(c.rolling)},
-          {"force", vector_json(c.force)},
-          {"moment", vector_json(c.moment_a)},
-          {"gap", c.gap},
-          {"overlap", c.overlap},
-          {"overlap_relative", c.overlap / smallest_extent(model, c)},
-          {"stiffness", c.stiffness},
-          {"points", points}};
+  return {
+      {"body", body_json(model, c.a)},
+      {"neighbor", body_json(model, c.b)},
+      {"patch", c.patch},
+      {"state", state_text(c)},
+      {"position", vector_json(c.position)},
+      {"normal", vector_json(c.normal)},
+      {"normal_force", c.normal_force},
+      {"friction", vector_json(c.friction)},
+      {"friction_limit", c.friction_limit},
+      {"friction_mobilization", c.friction_limit > 0 ? c.friction.norm() / c.friction_limit : 0},
+      {"torsion", c.torsion},
+      {"torsion_limit", c.torsion_limit},
+      {"rolling", vector_json(c.rolling)},
+      {"force", vector_json(c.force)},
+      {"moment", vector_json(c.moment_a)},
+      {"gap", c.gap},
+      {"overlap", c.overlap},
+      {"overlap_relative", c.overlap / smallest_extent(model, c)},
+      {"stiffness", c.stiffness},
+      {"points", points}};
 }
 
 }  // namespace
@@ -238,7 +239,7 @@ Json summary_json(const Case& c, const ContactSnapshot& now) {
           {"step", now.step},
           {"present", s.present},
           {"touched_by_nothing", s.unsupported},
-          {"neighbours", s.neighbors},
+          {"neighbors", s.neighbors},
           {"pairs", s.pairs},
           {"patches", s.patches},
           {"non_touching_patches", s.non_touching_patches},

@@ -80,7 +80,7 @@ void export_contacts(const Recording& recording, const std::string& directory) {
                             e.tangential_impulse});
     append(line, std::span(e.impulse.data(), 3));
     append(line, std::array{e.approach_normal, e.approach_tangential});
-    for (const Vec3& v : {e.normal, e.place, e.place_on_a, e.place_on_b})
+    for (const Vec3& v : {e.normal, e.position, e.position_on_a, e.position_on_b})
       append(line, std::span(v.data(), 3));
     csv.line(line + fmt::format(",{}", e.dissipated));
   }

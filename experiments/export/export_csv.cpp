@@ -108,7 +108,8 @@ void export_bonds(const Recording& recording, const std::string& directory) {
     const BondOutcome& one = outcomes[k];
     std::string line =
         fmt::format("{},{},{},{},{}", k, encode::csv_field(one.name), one.a, one.b, one.mode);
-    const double numbers[] = {one.time, one.stress, one.place.x(), one.place.y(), one.place.z()};
+    const double numbers[] = {one.time, one.stress, one.position.x(), one.position.y(),
+                              one.position.z()};
     for (double value : numbers)
       line += std::isnan(value) ? std::string(",") : fmt::format(",{}", value);
     csv.line(line);

@@ -87,7 +87,7 @@ ContactHistory::PairForces ContactHistory::pair_of(const Solver& solver, const C
 void ContactHistory::PairForces::add(const Contact& c) {
   ++bearing;
   Vec3 lever[2] = {Vec3::Zero(), Vec3::Zero()};  // moments of the normal forces
-  for (const ContactSpot& spot : c.spots) {
+  for (const ContactPointInfo& spot : c.points) {
     lever[0] -= (spot.position - motion[0].center).cross(spot.force * c.normal);
     lever[1] += (spot.position - motion[1].center).cross(spot.force * c.normal);
   }
@@ -116,8 +116,8 @@ void ContactHistory::add_step(const Solver& solver, bool last) {
       pairs.push_back(pair_of(solver, c));
     if (std::isnan(now_.gap) || c.gap < now_.gap) {
       const Motion6 &a = pairs.back().motion[0], &b = pairs.back().motion[1];
-      const Vec3 relative = a.velocity + a.spin.cross(c.place - a.center) - b.velocity -
-                            b.spin.cross(c.place - b.center);
+      const Vec3 relative = a.velocity + a.spin.cross(c.position - a.center) - b.velocity -
+                            b.spin.cross(c.position - b.center);
       now_.gap = c.gap;
       now_.approach = relative.dot(c.normal);
       now_.slip = (relative - now_.approach * c.normal).norm();

@@ -91,7 +91,7 @@ bool ContactSelection::includes(const Contact& c) const {
 }
 
 double ContactView::friction_mobilization() const {
-  return contact.friction_cap > 0 ? contact.friction.norm() / contact.friction_cap : 0;
+  return contact.friction_limit > 0 ? contact.friction.norm() / contact.friction_limit : 0;
 }
 
 std::vector<ContactView> select_contacts(const Solver& solver, const ContactSelection& choice) {
@@ -169,11 +169,11 @@ ContactSummary summarize_contacts(const Solver& solver, std::size_t listed) {
     }
     ++s.patches;
     s.sliding += c.sliding;
-    for (const ContactSpot& spot : c.spots) s.points += spot.force > 0;
+    for (const ContactPointInfo& spot : c.points) s.points += spot.force > 0;
     forces.push_back(c.normal_force);
     overlaps.push_back(c.overlap);
-    if (c.friction_cap > 0) {
-      s.friction_mobilization += c.friction.norm() / c.friction_cap;
+    if (c.friction_limit > 0) {
+      s.friction_mobilization += c.friction.norm() / c.friction_limit;
       ++with_friction;
     }
     if (std::pair(c.a, c.b) != last) {
@@ -241,17 +241,17 @@ ContactSnapshot take_snapshot(const Solver& solver, const ContactSelection& choi
 void write_contacts_csv(const Model& model, const std::vector<ContactView>& contacts,
                         const std::string& file) {
   OutputFile out(file);
-  out << "body,neighbour,patch,normal_x,normal_y,normal_z,normal_force_N,friction_N,"
+  out << "body,neighbor,patch,normal_x,normal_y,normal_z,normal_force_N,friction_N,"
          "friction_limit_N,sliding,point,x_m,y_m,z_m,gap_m,stiffness_fraction,force_N,area_m2\n";
   for (const ContactView& view : contacts) {
     const Contact& c = view.contact;
-    for (std::size_t k = 0; k < c.spots.size(); ++k) {
-      const ContactSpot& p = c.spots[k];
+    for (std::size_t k = 0; k < c.points.size(); ++k) {
+      const ContactPointInfo& p = c.points[k];
       out << fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
                          encode::csv_field(body_name(model, c.a)),
                          encode::csv_field(body_name(model, c.b)), c.patch, c.normal.x(),
                          c.normal.y(), c.normal.z(), c.normal_force, c.friction.norm(),
-                         c.friction_cap, c.sliding ? 1 : 0, k, p.position.x(), p.position.y(),
+                         c.friction_limit, c.sliding ? 1 : 0, k, p.position.x(), p.position.y(),
                          p.position.z(), p.gap, p.stiffness_fraction, p.force, p.area);
     }
   }

@@ -198,14 +198,14 @@ void TraceWriter::write_numbers(const Solver& solver) {
     const std::string patch = fmt::format("pair {} {} patch {}", c.a, c.b, c.patch);
     out_ << Line(patch)
                 .add("normal", c.normal)
-                .add("place", c.place)
+                .add("place", c.position)
                 .add("normal_force", c.normal_force)
                 .add("friction", c.friction)
                 .add("torsion", c.torsion)
                 .add("sliding", c.sliding ? 1.0 : 0.0)
                 .text();
-    for (std::size_t k = 0; k < c.spots.size(); ++k) {
-      const ContactSpot& p = c.spots[k];
+    for (std::size_t k = 0; k < c.points.size(); ++k) {
+      const ContactPointInfo& p = c.points[k];
       out_ << Line(fmt::format("{} point {}", patch, k))
                   .add("position", p.position)
                   .add("gap", p.gap)

@@ -67,7 +67,8 @@ std::string MeshRepair::sentence() const {
   std::string text;
   for (const std::string& one : steps) text += (text.empty() ? "" : ", ") + one;
   if (text.empty()) text = "finds nothing that it could change";
-  return text + (is_repairable() ? "; then it is closed" : "; hopeless: " + failure_reason());
+  return text +
+         (is_repairable() ? "; then it is closed" : "; no repair is possible: " + failure_reason());
 }
 
 }  // namespace firn

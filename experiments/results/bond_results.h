@@ -14,9 +14,9 @@ struct BondOutcome {
   std::string
       mode;  // "intact", "removed" (a body was removed), or the failure mode: "tension", ...
   // At breakage; NaN: not broken.
-  double time = 0;            // s
-  double stress = 0;          // Pa
-  Vec3 place = Vec3::Zero();  // m
+  double time = 0;               // s
+  double stress = 0;             // Pa
+  Vec3 position = Vec3::Zero();  // m
 };
 // [bonds] in the order of the case.
 std::vector<BondOutcome> bond_outcomes(const Recording& recording);

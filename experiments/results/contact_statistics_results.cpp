@@ -29,9 +29,9 @@ constexpr EventColumn kEventColumns[] = {
     {"impact_velocity_normal", "m/s", [](ContactEvent& e) { return &e.approach_normal; }},
     {"impact_velocity_tangential", "m/s", [](ContactEvent& e) { return &e.approach_tangential; }},
     {"normal", "1", [](ContactEvent& e) { return e.normal.data(); }, 3},
-    {"position", "m", [](ContactEvent& e) { return e.place.data(); }, 3},
-    {"position_on_body_a", "m", [](ContactEvent& e) { return e.place_on_a.data(); }, 3},
-    {"position_on_body_b", "m", [](ContactEvent& e) { return e.place_on_b.data(); }, 3},
+    {"position", "m", [](ContactEvent& e) { return e.position.data(); }, 3},
+    {"position_on_body_a", "m", [](ContactEvent& e) { return e.position_on_a.data(); }, 3},
+    {"position_on_body_b", "m", [](ContactEvent& e) { return e.position_on_b.data(); }, 3},
     {"dissipated", "J", [](ContactEvent& e) { return &e.dissipated; }},
 };
 // Integer columns of the same table: the bodies, and whether the contact is still open.

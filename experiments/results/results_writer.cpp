@@ -286,14 +286,14 @@ void write_bonds(hdf5::File& file, const Case& c, const std::vector<BondRecord>&
   for (std::size_t k = 0; k < model.bonds.size(); ++k) {
     const Bond& bond = model.bonds[k];
     const BondRecord record = records.empty() ? BondRecord{} : records[k];
-    const bool broken = record.mode != BondMode::whole && record.mode != BondMode::parted;
+    const bool broken = record.mode != BondMode::intact && record.mode != BondMode::removed;
     law.push_back(model.beams[static_cast<std::size_t>(bond.law)].name);
     a.push_back(bond.a);
     b.push_back(bond.b);
     mode.emplace_back(to_string(record.mode));
     time.push_back(broken ? record.time : kNaN);
     stress.push_back(broken ? record.stress : kNaN);
-    for (int axis = 0; axis < 3; ++axis) place.push_back(broken ? record.place[axis] : kNaN);
+    for (int axis = 0; axis < 3; ++axis) place.push_back(broken ? record.position[axis] : kNaN);
   }
   const hdf5::Shape all{a.size()};
   file.write_strings("/bonds/name", law);

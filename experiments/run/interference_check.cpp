@@ -86,7 +86,7 @@ class BoundaryPairs {
   void watch(const std::vector<BoundaryState>& walls, double time) {
     const auto found = find(walls, nullptr, false);
     if (!found) return;
-    const Vec3 p = 1e3 * found->place;
+    const Vec3 p = 1e3 * found->position;
     throw RunError(fmt::format(
         "boundaries \"{}\" and \"{}\" have run into each other at {:.6g} s, by {:.3g} mm near "
         "({:.1f} {:.1f} {:.1f}) mm; expected room, a [[boundary_contacts]] between them, or "
@@ -104,8 +104,8 @@ class BoundaryPairs {
   };
   struct Found {
     int a = 0, b = 0;
-    double depth = 0;           // m
-    Vec3 place = Vec3::Zero();  // m, world
+    double depth = 0;              // m
+    Vec3 position = Vec3::Zero();  // m, world
   };
 
   std::optional<Found> find(const std::vector<BoundaryState>& walls, const Path* path,
@@ -123,7 +123,7 @@ class BoundaryPairs {
       if (pair.seen && same(*pair.seen, relative)) continue;
       pair.seen = relative;
       if (const auto overlap = overlap_of(pair, relative))
-        return Found{pair.a, pair.b, overlap->depth, pose_a * overlap->place};
+        return Found{pair.a, pair.b, overlap->depth, pose_a * overlap->position};
     }
     return std::nullopt;
   }
@@ -163,7 +163,7 @@ class BoundaryPairs {
     const Pose a_in_b{back, back * -b_in_a.translation};
     if (b.kind == Boundary::Kind::plane) {
       auto overlap = below_plane(a, a_in_b);
-      if (overlap) overlap->place = b_in_a * overlap->place;
+      if (overlap) overlap->position = b_in_a * overlap->position;
       return overlap;
     }
     const Extents &of_a = extents_[index(pair.a)], &of_b = extents_[index(pair.b)];
@@ -206,7 +206,7 @@ class BoundaryPairs {
     const std::string place = index(b) < c_.boundary_places.size() ? c_.boundary_places[index(b)]
                                                                    : c_.source + ": boundaries";
     const std::string& other = c_.model.boundaries[index(found.a)].name;
-    const Vec3 p = 1e3 * found.place;
+    const Vec3 p = 1e3 * found.position;
     throw InputError(fmt::format(
         "{}: \"{}\" overlaps boundary \"{}\" {}, by {:.3g} mm near ({:.1f} {:.1f} {:.1f}) mm; "
         "expected room between them, or allow_overlap_with = [\"{}\"] where it does not matter",
@@ -247,11 +247,11 @@ bool ends_on_event(const Stage& stage) {
 // without a period lasts until `end` if the end is known in advance (`by_time`), else 0.
 double first_period(const Motion& m, double end, bool by_time) {
   double period = m.period > 0 ? m.period : m.stop;
-  if (m.kind == Motion::Kind::rotation && m.course == Motion::Course::steady &&
+  if (m.kind == Motion::Kind::rotation && m.profile == Motion::Profile::constant &&
       m.angular_speed != 0)
     period = std::min(period, 2 * std::numbers::pi / std::abs(m.angular_speed));
-  if (m.course == Motion::Course::swing) period = std::min(period, 1 / m.frequency);
-  if (m.course == Motion::Course::table) period = std::min(period, m.times.back());
+  if (m.profile == Motion::Profile::sinusoidal) period = std::min(period, 1 / m.frequency);
+  if (m.profile == Motion::Profile::table) period = std::min(period, m.times.back());
   if (period == kUnbounded && !by_time) return 0;
   return std::min(end, m.start + period);
 }

@@ -217,8 +217,8 @@ std::string describe_jam(const Case& c, const Solver& solver, int frame) {
                     : fmt::format("boundary \"{}\"", c.model.boundaries[index(body - n)].name);
   };
   std::string text = fmt::format("{} presses particle {} with {:.3g} N at ({:.3f} {:.3f} {:.3f}) m",
-                                 name(worst->b), worst->a, worst->normal_force, worst->place.x(),
-                                 worst->place.y(), worst->place.z());
+                                 name(worst->b), worst->a, worst->normal_force, worst->position.x(),
+                                 worst->position.y(), worst->position.z());
   if (against != nullptr && against->normal_force > 0)
     text +=
         fmt::format(", against {} with {:.3g} N",

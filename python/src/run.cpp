@@ -70,7 +70,7 @@ class LiveFrame {
       b.push_back(c.b);
       normal_force.push_back(c.normal_force);
       overlap.push_back(c.overlap);
-      position.push_back({c.place.x(), c.place.y(), c.place.z()});
+      position.push_back({c.position.x(), c.position.y(), c.position.z()});
       force.push_back({c.force.x(), c.force.y(), c.force.z()});
     }
     py::dict all;

@@ -70,7 +70,7 @@ class Prescribed {
  private:
   static RigidMotion of_list(const std::vector<Motion>& motions, double t) {
     RigidMotion motion;
-    for (const Motion& m : motions) motion.carry(m, Vec3::Zero(), m.covered(t));
+    for (const Motion& m : motions) motion.carry(m, Vec3::Zero(), m.total_displacement(t));
     return motion;
   }
   RigidMotion of_frame(int frame, double t) const {

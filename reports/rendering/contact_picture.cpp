@@ -41,12 +41,12 @@ void add_cone(double z_from, double r_from, double z_to, double r_to, TriangleMe
     mesh.vertices.push_back(r_to * out + z_to * Vec3::UnitZ());
   }
   mesh.vertices.push_back(z_from * Vec3::UnitZ());
-  const int centre = static_cast<int>(mesh.vertices.size()) - 1;
+  const int center = static_cast<int>(mesh.vertices.size()) - 1;
   for (int k = 0; k < kSides; ++k) {
     const int a = base + 2 * k, b = base + 2 * ((k + 1) % kSides);
     mesh.triangles.push_back({a, b, b + 1});
     mesh.triangles.push_back({a, b + 1, a + 1});
-    mesh.triangles.push_back({centre, b, a});  // the end that it begins with
+    mesh.triangles.push_back({center, b, a});  // the end that it begins with
   }
 }
 
@@ -69,7 +69,8 @@ class ContactScene {
     size_ = shape(main).bounding_radius;
     add_particle(main, kBody);
     for (const ContactView& view : now.contacts) {
-      for (const ContactSpot& spot : view.contact.spots) longest_ = std::max(longest_, spot.force);
+      for (const ContactPointInfo& spot : view.contact.points)
+        longest_ = std::max(longest_, spot.force);
       for (const int body : {view.contact.a, view.contact.b})
         if (body != main && shown_.insert(body).second) add_neighbor(body);
     }
@@ -115,7 +116,7 @@ class ContactScene {
       for (const ContactView& v : now_.contacts) {
         if (!v.is_active() || (v.contact.a != body && v.contact.b != body)) continue;
         sum += v.contact.normal_force;
-        for (const ContactSpot& spot : v.contact.spots) {
+        for (const ContactPointInfo& spot : v.contact.points) {
           if (spot.force <= most) continue;
           most = spot.force;
           tail = spot.position - length(most) * push_on_main(v);
@@ -199,12 +200,12 @@ class ContactScene {
       if (!view.is_active()) continue;
       const Contact& contact = view.contact;
       const Vec3 push = push_on_main(view);
-      for (const ContactSpot& spot : contact.spots)
+      for (const ContactPointInfo& spot : contact.points)
         add_arrow(spot.position, spot.force * push, kNormal);
       const double sign = contact.a == main_ ? 1 : -1;
       const Vec3 friction = kFrictionScale * sign * contact.friction;
       // From the patch along the surface.
-      add_arrow(contact.place + length(friction.norm()) * friction.stableNormalized(), friction,
+      add_arrow(contact.position + length(friction.norm()) * friction.stableNormalized(), friction,
                 kFriction);
     }
     const Vec3 down = model_.gravity.norm() > 0 ? model_.gravity.normalized() : Vec3::UnitZ();

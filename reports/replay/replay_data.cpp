@@ -44,11 +44,11 @@ Json axis_marker(const char* kind, const std::string& name, const Vec3& point,
 
 void add_motion(Json& markers, const std::string& mover, const Motion& m, const Vec3& place) {
   if (m.kind == Motion::Kind::rotation) {
-    const double sense = m.course == Motion::Course::steady && m.angular_speed < 0 ? -1 : 1;
+    const double sense = m.profile == Motion::Profile::constant && m.angular_speed < 0 ? -1 : 1;
     markers.push_back(axis_marker("motion", mover, m.center, sense * m.axis, true));
     return;
   }
-  const Vec3 way = m.course == Motion::Course::steady ? m.velocity : m.axis;
+  const Vec3 way = m.profile == Motion::Profile::constant ? m.velocity : m.axis;
   if (way.norm() > 0) markers.push_back(axis_marker("motion", mover, place, way, false));
 }
 

@@ -18,7 +18,7 @@ constexpr int kMaxQuestions = 800;
 struct Placed {
   const ConvexPart* part;
   const Pose* pose;  // part -> A's axes
-  double per_metre;
+  double per_meter;
   int* questions;  // how often libccd may still ask
 };
 
@@ -32,7 +32,7 @@ void ccd_support(const void* object, const ccd_vec3_t* direction, ccd_vec3_t* ou
   }
   const Vec3 d(direction->v[0], direction->v[1], direction->v[2]);
   const Vec3 v =
-      o.per_metre *
+      o.per_meter *
       (*o.pose * o.part->vertex(support(*o.part, o.pose->rotation.transpose() * d).vertex));
   ccdVec3Set(out, v.x(), v.y(), v.z());
 }
@@ -75,10 +75,10 @@ void leave_to_neighbor(const Pair& p, const Way& best_seam, Way& best) {
 // Direction of libccd's expanding polytope; false when it finds no overlap or fails.
 bool ccd_direction(const Pair& p, Vec3& n) {
   const Pose identity;
-  const double per_metre = 1 / std::min(p.a.bounding_radius, p.b.bounding_radius);
+  const double per_meter = 1 / std::min(p.a.bounding_radius, p.b.bounding_radius);
   int questions = kMaxQuestions;
-  const Placed a{&p.a, &identity, per_metre, &questions};
-  const Placed b{&p.b, &p.b_in_a, per_metre, &questions};
+  const Placed a{&p.a, &identity, per_meter, &questions};
+  const Placed b{&p.b, &p.b_in_a, per_meter, &questions};
   ccd_t ccd;
   CCD_INIT(&ccd);
   ccd.support1 = ccd_support;

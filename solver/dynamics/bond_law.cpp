@@ -119,8 +119,8 @@ BeamSprings damping_of(const BeamLaw& law, const Bond& bond, const Shape& a, con
   const Mat6 give = mobility(law, bond, a, 1, b, 1);
   BeamSprings c;
   for (int i = 0; i < 3; ++i) {
-    c.ways[i] = 2 * law.damping_ratio * std::sqrt(k.ways[i] / give(i, i));
-    c.turns[i] = 2 * law.damping_ratio * std::sqrt(k.turns[i] / give(3 + i, 3 + i));
+    c.linear[i] = 2 * law.damping_ratio * std::sqrt(k.linear[i] / give(i, i));
+    c.angular[i] = 2 * law.damping_ratio * std::sqrt(k.angular[i] / give(3 + i, 3 + i));
   }
   return c;
 }
@@ -133,7 +133,7 @@ double highest_frequency(const BeamLaw& law, const Bond& bond, const Shape& a, d
                          const Shape& b, double share_b) {
   const BeamSprings k = stiffness_of(law);
   Eigen::Matrix<double, 6, 1> root;
-  root << k.ways.cwiseSqrt(), k.turns.cwiseSqrt();
+  root << k.linear.cwiseSqrt(), k.angular.cwiseSqrt();
   const Mat6 m =
       root.asDiagonal() * mobility(law, bond, a, share_a, b, share_b) * root.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Mat6> solver(m, Eigen::EigenvaluesOnly);
@@ -165,11 +165,12 @@ BeamPose pose_of(const BeamLaw& law, const Bond& bond, const BodyInMotion& a,
 }
 
 BeamForces elastic_forces(const BeamSprings& k, const BeamPose& pose) {
-  return {k.ways.cwiseProduct(pose.way), k.turns.cwiseProduct(pose.turn)};
+  return {k.linear.cwiseProduct(pose.displacement), k.angular.cwiseProduct(pose.rotation)};
 }
 
 double elastic_energy(const BeamSprings& k, const BeamPose& pose) {
-  return 0.5 * (k.ways.dot(pose.way.cwiseAbs2()) + k.turns.dot(pose.turn.cwiseAbs2()));
+  return 0.5 *
+         (k.linear.dot(pose.displacement.cwiseAbs2()) + k.angular.dot(pose.rotation.cwiseAbs2()));
 }
 
 Vec6 rates_of(const BeamPose& pose, const BodyInMotion& a, const BodyInMotion& b) {
@@ -219,12 +220,12 @@ BondMode broken_by(const BeamLaw& law, const BeamStress& stress) {
     return stress.tension > stress.bending ? BondMode::tension : BondMode::bending;
   if (stress.shear + stress.torsion > law.shear_strength)
     return stress.shear > stress.torsion ? BondMode::shear : BondMode::torsion;
-  return BondMode::whole;
+  return BondMode::intact;
 }
 
 const char* to_string(BondMode mode) {
   switch (mode) {
-    case BondMode::whole:
+    case BondMode::intact:
       return "intact";
     case BondMode::tension:
       return "tension";
@@ -234,7 +235,7 @@ const char* to_string(BondMode mode) {
       return "shear";
     case BondMode::torsion:
       return "torsion";
-    case BondMode::parted:
+    case BondMode::removed:
       return "removed";
   }
   return "unknown";

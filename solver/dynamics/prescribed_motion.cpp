@@ -7,39 +7,39 @@
 namespace firn {
 namespace {
 
-// Way from the start of a period to `tau` seconds after it.
-double way_since_start(const Motion& m, double tau) {
-  switch (m.course) {
-    case Motion::Course::steady:
+// Displacement from the start of a period to `tau` seconds after it.
+double displacement_since_start(const Motion& m, double tau) {
+  switch (m.profile) {
+    case Motion::Profile::constant:
       return m.kind == Motion::Kind::translation ? tau : m.angular_speed * tau;
-    case Motion::Course::ramp: {
+    case Motion::Profile::ramp: {
       const double ramp = std::min(tau, m.ramp_time);
       const double slope = m.ramp_time > 0 ? (m.end_rate - m.rate) / m.ramp_time : 0;
       return (m.rate + 0.5 * slope * ramp) * ramp + m.end_rate * (tau - ramp);
     }
-    case Motion::Course::swing:
+    case Motion::Profile::sinusoidal:
       return m.amplitude *
              (std::sin(2 * std::numbers::pi * m.frequency * tau + m.phase) - std::sin(m.phase));
-    case Motion::Course::table: {
+    case Motion::Profile::table: {
       const auto next = std::ranges::upper_bound(m.times, tau);
       if (next == m.times.begin()) return 0;
       const auto i = static_cast<std::size_t>(next - m.times.begin()) - 1;
-      if (next == m.times.end()) return m.ways[i] - m.ways[0];
+      if (next == m.times.end()) return m.positions[i] - m.positions[0];
       const double share = (tau - m.times[i]) / (m.times[i + 1] - m.times[i]);
-      return m.ways[i] - m.ways[0] + share * (m.ways[i + 1] - m.ways[i]);
+      return m.positions[i] - m.positions[0] + share * (m.positions[i + 1] - m.positions[i]);
     }
   }
   return 0;
 }
 
 // Of the period that begins at `begin`.
-double way_in_period(const Motion& m, double begin, double t, double dt) {
+double displacement_in_period(const Motion& m, double begin, double t, double dt) {
   const double until = std::min(begin + (m.stop - m.start), m.end);
   const double from = std::max(t, begin), to = std::min(t + dt, until);
   if (!(to > from)) return 0;
-  // A steady one does not lose digits with time.
-  if (m.course == Motion::Course::steady) return way_since_start(m, to - from);
-  return way_since_start(m, to - begin) - way_since_start(m, from - begin);
+  // At constant speed, no digits are lost with time.
+  if (m.profile == Motion::Profile::constant) return displacement_since_start(m, to - from);
+  return displacement_since_start(m, to - begin) - displacement_since_start(m, from - begin);
 }
 
 double periods_before(const Schedule& s, double t) {
@@ -64,19 +64,19 @@ int free_frame(const std::vector<MotionFrame>& frames, int frame) {
   return frame;
 }
 
-double Motion::way(double t, double dt) const {
+double Motion::displacement(double t, double dt) const {
   const double k = periods_before(*this, t);
-  double covered = way_in_period(*this, start + k * period, t, dt);
-  if (period > 0) covered += way_in_period(*this, start + (k + 1) * period, t, dt);
-  return covered;
+  double sum = displacement_in_period(*this, start + k * period, t, dt);
+  if (period > 0) sum += displacement_in_period(*this, start + (k + 1) * period, t, dt);
+  return sum;
 }
 
-double Motion::covered(double t) const {
+double Motion::total_displacement(double t) const {
   const double until = std::min(t, end);
   if (!(until > start)) return 0;
   const double periods = periods_before(*this, until), begin = start + periods * period;
-  const double whole = periods > 0 ? periods * way_since_start(*this, stop - start) : 0;
-  return whole + way_since_start(*this, std::min(until, begin + (stop - start)) - begin);
+  const double whole = periods > 0 ? periods * displacement_since_start(*this, stop - start) : 0;
+  return whole + displacement_since_start(*this, std::min(until, begin + (stop - start)) - begin);
 }
 
 }  // namespace firn

@@ -349,8 +349,8 @@ std::string MeshConflicts::sentence() const {
       text += fmt::format("{}{} {} (triangle{} {}", text.empty() ? "" : ", ", count,
                           count == 1 ? one : many, c.other < 0 ? "" : "s", c.triangle + 1);
       if (c.other >= 0) text += fmt::format(" and {}", c.other + 1);
-      text += fmt::format(" at {:.4g} {:.4g} {:.4g} mm)", 1e3 * c.place.x(), 1e3 * c.place.y(),
-                          1e3 * c.place.z());
+      text += fmt::format(" at {:.4g} {:.4g} {:.4g} mm)", 1e3 * c.position.x(),
+                          1e3 * c.position.y(), 1e3 * c.position.z());
     };
     switch (c.kind) {
       case MeshConflict::Kind::crossing:

@@ -208,7 +208,7 @@ template <class Archive, class M>
 void walk_motion(Archive& ar, M& m) {
   walk_schedule(ar, m);
   ar.value(m.kind);
-  ar.value(m.course);
+  ar.value(m.profile);
   ar.value(m.velocity);
   ar.value(m.axis);
   ar.value(m.center);
@@ -216,7 +216,7 @@ void walk_motion(Archive& ar, M& m) {
   for (auto* v : {&m.rate, &m.end_rate, &m.ramp_time, &m.amplitude, &m.frequency, &m.phase})
     ar.value(*v);
   ar.array(m.times);
-  ar.array(m.ways);
+  ar.array(m.positions);
 }
 template <class Archive, class D>
 void walk_drive(Archive& ar, D& d) {

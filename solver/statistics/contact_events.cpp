@@ -96,7 +96,7 @@ class ContactReader {
     add(pair, load, contact, begun.sums);
     // The velocities here are those between the two half kicks, which the contact law used.
     const BodyMotion &a = s_.motion[pair.a], &b = s_.motion[pair.b];
-    const Vec3 &place = contact.event.place, &normal = contact.event.normal;
+    const Vec3 &place = contact.event.position, &normal = contact.event.normal;
     const Vec3 velocity = a.velocity + a.spin.cross(place - a.position) - b.velocity -
                           b.spin.cross(place - b.position);
     contact.event.approach_normal = velocity.dot(normal);
@@ -117,9 +117,9 @@ class ContactReader {
     // Patches that press against each other across a part between them have no normal together.
     const double size = normal.norm();
     if (size > 0) event.normal = normal / size;
-    event.place = s_.motion[pair.a].position + arm / load.normal;
-    event.place_on_a = on_body(pair.a, event.place);
-    event.place_on_b = on_body(pair.b, event.place);
+    event.position = s_.motion[pair.a].position + arm / load.normal;
+    event.position_on_a = on_body(pair.a, event.position);
+    event.position_on_b = on_body(pair.b, event.position);
   }
 
   // A place in the axes of a body's mesh.
@@ -221,8 +221,8 @@ void finish(const Model& model, const StatisticsWorkspace& w, const ContactEvent
     sums.peak_normal_force = std::max(sums.peak_normal_force, event.peak_normal_force);
     ++sums.contacts;
   };
-  add(event.a, event.place_on_a);
-  if (event.b < particles) add(event.b, event.place_on_b);
+  add(event.a, event.position_on_a);
+  if (event.b < particles) add(event.b, event.position_on_b);
 }
 
 // Ends the contacts that have been parted for long enough, in order of their bodies.

@@ -22,7 +22,7 @@ BodyInMotion body(const State& s, int particle) {
 
 bool acts(const Model& model, const State& s, std::size_t bond) {
   const Bond& b = model.bonds[bond];
-  return s.bonds[bond].mode == BondMode::whole && s.presence[b.a] == Presence::present &&
+  return s.bonds[bond].mode == BondMode::intact && s.presence[b.a] == Presence::present &&
          s.presence[b.b] == Presence::present;
 }
 
@@ -42,7 +42,7 @@ BeamDampers dampers_of(const Model& model, const Bond& bond) {
   const Shape &a = shape_of(model, bond.a), &b = shape_of(model, bond.b);
   const BeamSprings c = damping_of(law, bond, a, b);
   BeamDampers out;
-  out.constants << c.ways, c.turns;
+  out.constants << c.linear, c.angular;
   const Mat6 half =
       0.5 * model.timestep * mobility_of(law, bond, a, b) * out.constants.asDiagonal();
   out.implicit = (Mat6::Identity() + half).inverse();
@@ -106,7 +106,7 @@ BeamLoad strained(const Model& model, BondWorkspace& w, State& s, std::size_t nu
   BeamForces forces = elastic_forces(w.stiffness[number], pose);
   const BeamStress stress = stress_of(law, forces);
   const BondMode mode = broken_by(law, stress);
-  if (mode != BondMode::whole) {
+  if (mode != BondMode::intact) {
     const bool pulled = mode == BondMode::tension || mode == BondMode::bending;
     s.bonds[number] = {mode, static_cast<double>(s.steps + 1) * model.timestep,
                        pulled ? stress.tension + stress.bending : stress.shear + stress.torsion,
@@ -185,9 +185,9 @@ double bond_energy_of(const Model& model, const BondWorkspace& w, const State& s
 
 void release_bonds(const Model& model, const BondWorkspace& w, State& s, int particle) {
   for_bonds_of(w, particle, [&](std::size_t k, bool) {
-    if (s.bonds[k].mode != BondMode::whole) return;
+    if (s.bonds[k].mode != BondMode::intact) return;
     const BondState now = bond_state(model, w, s, k);
-    s.bonds[k] = {BondMode::parted, s.time, 0, now.middle};
+    s.bonds[k] = {BondMode::removed, s.time, 0, now.middle};
   });
 }
 

@@ -18,12 +18,12 @@ Contact contact_of(const State& s, const PairLaw& law, const Pair& pair, int num
   c.a = pair.a;
   c.b = pair.b;
   c.patch = number;
-  c.place = center_a + patch.arm;
+  c.position = center_a + patch.arm;
   c.normal = patch.normal;
   c.normal_force = patch.normal_force;
   c.sliding = patch.sliding != 0;
-  c.friction_cap = (c.sliding ? law.dynamic_friction : law.static_friction) * patch.normal_force;
-  c.torsion_cap = c.friction_cap * patch.torsion_radius;
+  c.friction_limit = (c.sliding ? law.dynamic_friction : law.static_friction) * patch.normal_force;
+  c.torsion_limit = c.friction_limit * patch.torsion_radius;
   c.stiffness = law.stiffness;
   c.unloading_ratio = law.unloading_ratio;
   c.gap = std::numeric_limits<double>::infinity();
@@ -31,8 +31,8 @@ Contact contact_of(const State& s, const PairLaw& law, const Pair& pair, int num
   const double shares = sum_of_fractions(patch, s.points.data() + patch.first_point);
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     const ContactPoint& p = s.points[patch.first_point + i];
-    c.spots.push_back({c.place + p.offset, p.gap, p.stiffness_fraction, p.force,
-                       detail.area * p.stiffness_fraction / shares});
+    c.points.push_back({c.position + p.offset, p.gap, p.stiffness_fraction, p.force,
+                        detail.area * p.stiffness_fraction / shares});
     c.gap = std::min(c.gap, p.gap);
     offset_force += p.force * p.offset;
   }
@@ -49,7 +49,7 @@ Contact contact_of(const State& s, const PairLaw& law, const Pair& pair, int num
   // Normal forces act at their points: about the reference point, sum o x (-f n) = n x sum f o.
   const Vec3 moment = patch.normal.cross(offset_force) + patch.torsion * patch.normal + c.rolling;
   c.moment_a = moment + patch.arm.cross(c.force);
-  c.moment_b = -moment - (c.place - center_b).cross(c.force);
+  c.moment_b = -moment - (c.position - center_b).cross(c.force);
   return c;
 }
 

@@ -19,11 +19,11 @@ struct Place {
 // A step of one motion, whose directions and center `by` has carried along; nothing has at first.
 void apply(const Motion& m, const RigidMotion* by, const Vec3& origin, double t, double dt,
            Place& place) {
-  const double way = m.way(t, dt);
+  const double way = m.displacement(t, dt);
   if (way == 0) return;
   const auto direction = [&](const Vec3& v) { return by ? Vec3(by->turn * v) : v; };
   if (m.kind == Motion::Kind::translation) {
-    place.position += direction(m.course == Motion::Course::steady ? m.velocity : m.axis) * way;
+    place.position += direction(m.profile == Motion::Profile::constant ? m.velocity : m.axis) * way;
     return;
   }
   const Vec3 axis = direction(m.axis);
@@ -57,7 +57,7 @@ void apply_all(const std::vector<Motion>& motions, std::size_t mover, const Vec3
   carried.assign(all.size(), {});
   std::size_t still = 1;  // so many of them, from the first on, nothing has carried yet
   for (std::size_t j = 1; j < all.size(); ++j) {
-    const double way = all[j - 1]->covered(s.time);
+    const double way = all[j - 1]->total_displacement(s.time);
     carried[j] = carried[j - 1];
     carried[j].carry(*all[j - 1], origin, way);
     if (way == 0 && still == j) ++still;

@@ -46,8 +46,8 @@ TEST_F(ContactsCommand, ParticleAtRestIsHeldByItsNeighbours) {
   const json audit = json::parse(o.out);
   EXPECT_EQ(audit["body"], 0);
   ASSERT_EQ(audit["contacts"].size(), 2U);
-  EXPECT_EQ(audit["contacts"][0]["neighbour"], 1);
-  EXPECT_EQ(audit["contacts"][1]["neighbour"], "floor");
+  EXPECT_EQ(audit["contacts"][0]["neighbor"], 1);
+  EXPECT_EQ(audit["contacts"][1]["neighbor"], "floor");
   const double weight = 916.7 * 8e-6 * 9.81;
   double up = 0;  // N
   for (const json& c : audit["contacts"]) {

@@ -50,7 +50,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     fuzz::require(c.triangle >= 0 && c.triangle < static_cast<int>(mesh.triangles.size()) &&
                       c.other < static_cast<int>(mesh.triangles.size()),
                   "a conflict names triangles");
-    fuzz::require(c.place.allFinite(), "a conflict has a place");
+    fuzz::require(c.position.allFinite(), "a conflict has a place");
   }
   ShapeOptions options;
   options.name = "mesh";

@@ -74,10 +74,10 @@ struct TableFault {
 // Jumps, gaps, times that do not ascend from 0.
 std::optional<TableFault> fault_of(const Motion& m) {
   const bool turns = m.kind == Motion::Kind::rotation;
-  if (m.times.size() != m.ways.size() || m.times.size() < 2)
+  if (m.times.size() != m.positions.size() || m.times.size() < 2)
     return TableFault{0, "positions",
                       fmt::format("has {} values for {} times; expected as many, at least two",
-                                  m.ways.size(), m.times.size())};
+                                  m.positions.size(), m.times.size())};
   if (m.times.front() != 0)
     return TableFault{
         0, "times",
@@ -90,13 +90,13 @@ std::optional<TableFault> fault_of(const Motion& m) {
                         fmt::format("go from {} s to {} s; expected each later than the one before",
                                     m.times[i - 1], m.times[i])};
     intervals.push_back(interval);
-    const double rate = std::abs(m.ways[i] - m.ways[i - 1]) / interval;
+    const double rate = std::abs(m.positions[i] - m.positions[i - 1]) / interval;
     const double fastest = turns ? kFastestTurn : kFastest;
     if (rate > fastest)
-      return TableFault{
-          i, "positions",
-          fmt::format("jump from {} to {} {} within {} s; expected at most {} {}", m.ways[i - 1],
-                      m.ways[i], turns ? "rad" : "m", interval, fastest, turns ? "rad/s" : "m/s")};
+      return TableFault{i, "positions",
+                        fmt::format("jump from {} to {} {} within {} s; expected at most {} {}",
+                                    m.positions[i - 1], m.positions[i], turns ? "rad" : "m",
+                                    interval, fastest, turns ? "rad/s" : "m/s")};
   }
   if (m.times.size() < kRowsOfASeries) return std::nullopt;
   std::vector<double> sorted = intervals;
@@ -118,7 +118,7 @@ toml::array texts_of(const std::vector<double>& values, const Dimension& dimensi
   return texts;
 }
 
-// Written out as `times` and `ways`, so that the resolved case needs the file no more.
+// Written out as `times` and `positions`, so that the resolved case needs the file no more.
 void take_csv(const TomlTable& t, const Dimension& way, Motion m) {
   const std::string file =
       std::filesystem::absolute(std::filesystem::path(t.document().directory()) / t.string("file"))
@@ -131,7 +131,7 @@ void take_csv(const TomlTable& t, const Dimension& way, Motion m) {
     t.fail("file", fmt::format("\"{}\" is no file; expected a CSV file", file));
   const MotionCsv table = read_motion_csv(file, time_column, way_column, way);
   m.times = table.times;
-  m.ways = table.positions;
+  m.positions = table.positions;
   if (const auto fault = fault_of(m)) {
     const bool of_times = fault->key == std::string_view("times");
     throw InputError(fmt::format("{}:{}: {}: {}", file,
@@ -140,11 +140,11 @@ void take_csv(const TomlTable& t, const Dimension& way, Motion m) {
   }
   t.set("file", file);
   t.set("times", texts_of(m.times, dimension::time));
-  t.set("positions", texts_of(m.ways, way));
+  t.set("positions", texts_of(m.positions, way));
 }
 
 void read_motion_table(const TomlTable& t, const Dimension& way, Motion& m) {
-  m.course = Motion::Course::table;
+  m.profile = Motion::Profile::table;
   const auto asked_anew = [&](const char* key) {
     return t.document().overridden(t.path() + "." + key);
   };
@@ -152,21 +152,21 @@ void read_motion_table(const TomlTable& t, const Dimension& way, Motion& m) {
                         asked_anew("position_column")))
     take_csv(t, way, m);
   m.times = t.quantities("times", dimension::time);
-  m.ways = t.quantities("positions", way);
+  m.positions = t.quantities("positions", way);
   if (const auto fault = fault_of(m)) t.fail(fault->key, fault->what);
 }
 
-void read_course(const TomlTable& t, const std::string& kind, Motion& m) {
+void read_profile(const TomlTable& t, const std::string& kind, Motion& m) {
   const AxisUnits& units = units_of(m.kind == Motion::Kind::rotation);
   if (kind.ends_with("ramp")) {
-    m.course = Motion::Course::ramp;
+    m.profile = Motion::Profile::ramp;
     m.rate = t.quantity("from", units.rate, Sign::any);
     m.end_rate = t.quantity("to", units.rate, Sign::any);
     m.ramp_time = t.quantity("ramp_time", dimension::time, Sign::positive);
   } else if (kind.ends_with("table")) {
     read_motion_table(t, units.way, m);
   } else {
-    m.course = Motion::Course::swing;
+    m.profile = Motion::Profile::sinusoidal;
     m.amplitude = t.quantity("amplitude", units.way, Sign::positive);
     m.frequency = t.quantity("frequency", dimension::frequency, Sign::positive);
     m.phase = t.quantity("phase", dimension::angle, Sign::any, "0 rad");
@@ -316,7 +316,7 @@ Motion read_motion(const TomlTable& t, std::initializer_list<std::string_view> a
     m.angular_speed = t.quantity("angular_velocity", dimension::angular_velocity, Sign::any);
   } else {
     if (!turns) m.axis = t.direction("direction");
-    read_course(t, kind, m);
+    read_profile(t, kind, m);
   }
   read_schedule(t, m);
   return m;

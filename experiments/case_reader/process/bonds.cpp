@@ -110,11 +110,11 @@ double distance_to(const Shape& shape, const Vec3& point) {
 Vec3 neck_position(const Model& model, const Contact& contact, const Couple& bodies) {
   constexpr double kRoundingError = 1e-9;  // m
   const bool in_the_air = std::ranges::any_of(bodies, [&](const Standing& body) {
-    const Vec3 point = body.at.orientation.conjugate() * (contact.place - body.at.position);
+    const Vec3 point = body.at.orientation.conjugate() * (contact.position - body.at.position);
     return distance_to(shape_of(model, body.particle), point) > kRoundingError;
   });
-  if (!in_the_air) return contact.place;
-  return std::ranges::min_element(contact.spots, {}, &ContactSpot::gap)->position;
+  if (!in_the_air) return contact.position;
+  return std::ranges::min_element(contact.points, {}, &ContactPointInfo::gap)->position;
 }
 
 // The contacts of the bodies that are there at the start, as they stand. The solver that finds them

@@ -90,10 +90,10 @@ struct BoundaryContactState {
 
 // Breakage of a bond.
 struct BondRecord {
-  BondMode mode = BondMode::whole;
-  double time = 0;            // s, when it broke or a body was removed
-  double stress = 0;          // Pa, at breakage
-  Vec3 place = Vec3::Zero();  // m, world, center of the bond at that time
+  BondMode mode = BondMode::intact;
+  double time = 0;               // s, when it broke or a body was removed
+  double stress = 0;             // Pa, at breakage
+  Vec3 position = Vec3::Zero();  // m, world, center of the bond at that time
 };
 
 // Load of a bond at the end of a step; zero unless it is intact and both particles are present.

@@ -61,14 +61,15 @@ Bond make_bond(int a, int b, int law, double length, const BodyInMotion& at_a,
 // Six stiffnesses, or damping constants: along x (stretch), y and z (shear), and about x (torsion),
 // y and z (bending) of the beam. N/m and N m/rad, or N s/m and N m s/rad.
 struct BeamSprings {
-  Vec3 ways = Vec3::Zero(), turns = Vec3::Zero();
+  Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
 };
 BeamSprings stiffness_of(const BeamLaw& law);
 // Damping constants for BeamLaw::damping_ratio, for each deformation separately, with the masses of
 // both bodies.
 BeamSprings damping_of(const BeamLaw& law, const Bond& bond, const Shape& a, const Shape& b);
 // Mobility of the six deformations under forces of the same kind, with the bodies free: rate of one
-// over impulse of another, beam axes, in the pose without stress. Ways first, then turns.
+// over impulse of another, beam axes, in the pose without stress. Displacements first, then
+// rotations.
 using Mat6 = Eigen::Matrix<double, 6, 6>;
 using Vec6 = Eigen::Matrix<double, 6, 1>;
 Mat6 mobility_of(const BeamLaw& law, const Bond& bond, const Shape& a, const Shape& b);
@@ -81,8 +82,8 @@ double highest_frequency(const BeamLaw& law, const Bond& bond, const Shape& a, d
 // Deformation and pose of a beam. Deformations are expressed in axes midway between those of the
 // ends, so that both ends are equivalent.
 struct BeamPose {
-  Vec3 way = Vec3::Zero();    // m, stretch and two shears, beam axes
-  Vec3 turn = Vec3::Zero();   // rad, rotation vector from a's end to b's, beam axes
+  Vec3 displacement = Vec3::Zero();  // m, stretch and two shears, beam axes
+  Vec3 rotation = Vec3::Zero();      // rad, rotation vector from a's end to b's, beam axes
   Vec3 half = Vec3::Zero();   // tangent of a quarter of that angle, along its axis, beam axes
   Vec3 apart = Vec3::Zero();  // m, from end a to end b, world
   Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero();  // m, of the ends from the centers, world
@@ -98,7 +99,7 @@ struct BeamForces {
 BeamForces elastic_forces(const BeamSprings& stiffness, const BeamPose& pose);
 double elastic_energy(const BeamSprings& stiffness, const BeamPose& pose);  // J
 
-// Rates of the deformations, m/s and rad/s, beam axes: stretch and two shears, then the turns.
+// Rates of the deformations, m/s and rad/s, beam axes: stretch and two shears, then the rotations.
 Vec6 rates_of(const BeamPose& pose, const BodyInMotion& a, const BodyInMotion& b);
 
 // Load of the beam on the bodies, world axes. The force on b is opposite to that on a; forces and
@@ -118,9 +119,9 @@ struct BeamStress {
 };
 BeamStress stress_of(const BeamLaw& law, const BeamForces& forces);
 
-// State of a bond: intact (whole), failure mode, or a removed body (parted).
-enum class BondMode : std::int64_t { whole, tension, bending, shear, torsion, parted };
-// Failure mode: the larger contribution to the exceeded strength. whole: no strength is exceeded.
+// State of a bond: intact, failure mode, or the removal of one of its bodies.
+enum class BondMode : std::int64_t { intact, tension, bending, shear, torsion, removed };
+// Failure mode: the larger contribution to the exceeded strength. intact: no strength is exceeded.
 BondMode broken_by(const BeamLaw& law, const BeamStress& stress);
 const char* to_string(BondMode mode);  // "tension"
 

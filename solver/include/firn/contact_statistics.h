@@ -66,10 +66,10 @@ struct ContactEvent {
   // m/s, of a relative to b at the position of the first force: along the normal (positive:
   // approaching) and tangential.
   double approach_normal = 0, approach_tangential = 0;
-  Vec3 normal = Vec3::UnitZ();  // unit, world, from a to b, at the peak
-  Vec3 place = Vec3::Zero();    // m, world, at the peak; mean of the patches weighted by force
+  Vec3 normal = Vec3::UnitZ();   // unit, world, from a to b, at the peak
+  Vec3 position = Vec3::Zero();  // m, world, at the peak; mean of the patches weighted by force
   // m, the same in the shape axes of each body, or in boundary axes.
-  Vec3 place_on_a = Vec3::Zero(), place_on_b = Vec3::Zero();
+  Vec3 position_on_a = Vec3::Zero(), position_on_b = Vec3::Zero();
   double dissipated = 0;    // J; of an open contact including the elastic energy
   std::uint64_t lasts = 0;  // 1: open at the end
 };

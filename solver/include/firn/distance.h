@@ -11,8 +11,8 @@ namespace firn {
 double core_distance(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a);
 
 struct PartOverlap {
-  double depth = 0;           // m
-  Vec3 place = Vec3::Zero();  // m, axes of a
+  double depth = 0;              // m
+  Vec3 position = Vec3::Zero();  // m, axes of a
 };
 // Overlap of the parts with rounding. Nothing if it is below `tolerance` (m).
 std::optional<PartOverlap> part_overlap(const ConvexPart& a, const ConvexPart& b,

@@ -20,7 +20,7 @@ struct MeshConflict {
   // Numbers of the triangles, from 0; of a nested or inverted shell, its first triangle, and the
   // first one of a shell around it or -1.
   int triangle = -1, other = -1;
-  Vec3 place = Vec3::Zero();  // m, mesh axes: common point, or center of the first triangle
+  Vec3 position = Vec3::Zero();  // m, mesh axes: common point, or center of the first triangle
 };
 
 struct MeshConflicts {

@@ -31,27 +31,28 @@ struct Schedule {
 // with them. The pose at t is T_1(t) T_2(t) ... T_n(t) applied to the pose at t = 0.
 struct Motion : Schedule {
   enum class Kind { translation, rotation };
-  enum class Course {
-    steady,  // at `velocity` or `angular_speed`
-    ramp,    // rate from `rate` to `end_rate` within `ramp_time`, then at end_rate
-    swing,   // amplitude (sin(2 pi frequency t + phase) - sin phase): vibration, pendulum
-    table    // positions `ways` at `times`, linear in between, constant after the last
+  enum class Profile {
+    constant,    // at `velocity` or `angular_speed`
+    ramp,        // rate from `rate` to `end_rate` within `ramp_time`, then at end_rate
+    sinusoidal,  // amplitude (sin(2 pi frequency t + phase) - sin phase): vibration, pendulum
+    table        // `positions` at `times`, linear in between, constant after the last
   };
   Kind kind = Kind::translation;
-  Course course = Course::steady;
-  Vec3 velocity = Vec3::Zero();  // m/s (steady translation)
-  Vec3 axis = Vec3::UnitZ();     // unit; direction of a translation that is not steady
+  Profile profile = Profile::constant;
+  Vec3 velocity = Vec3::Zero();  // m/s (translation at constant velocity)
+  Vec3 axis = Vec3::UnitZ();     // unit; direction of any other translation
   Vec3 center = Vec3::Zero();    // m, a point on the axis of a rotation
-  double angular_speed = 0;      // rad/s about the axis (steady rotation)
+  double angular_speed = 0;      // rad/s about the axis (rotation at constant speed)
   // m/s and m, or rad/s and rad; times from the start of each period.
   double rate = 0, end_rate = 0, ramp_time = 0;
   double amplitude = 0, frequency = 0, phase = 0;  // frequency in 1/s
-  std::vector<double> times, ways;                 // equally many; s, ascending from 0; m or rad
+  std::vector<double> times, positions;            // equally many; s, ascending from 0; m or rad
 
-  // Displacement within [t, t + dt], m or rad; for a steady translation the active time in s.
-  double way(double t, double dt) const;
+  // Displacement within [t, t + dt], m or rad; for a translation at constant velocity the active
+  // time in s.
+  double displacement(double t, double dt) const;
   // Displacement from the start to t, in all periods.
-  double covered(double t) const;
+  double total_displacement(double t) const;
 };
 
 // A motor at a joint of a free body: accelerates it to a speed with a force or torque up to

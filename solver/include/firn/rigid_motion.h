@@ -23,7 +23,7 @@ struct RigidMotion {
   void carry(const Motion& m, const Vec3& origin, double way) {
     if (way == 0) return;
     if (m.kind == Motion::Kind::translation) {
-      shift += turn * (m.course == Motion::Course::steady ? m.velocity : m.axis) * way;
+      shift += turn * (m.profile == Motion::Profile::constant ? m.velocity : m.axis) * way;
       return;
     }
     const Quat one(Eigen::AngleAxisd(way, m.axis));

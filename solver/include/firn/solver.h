@@ -17,7 +17,7 @@
 namespace firn {
 
 // One contact point of a patch.
-struct ContactSpot {
+struct ContactPointInfo {
   Vec3 position = Vec3::Zero();  // m, world, midway between the two surfaces
   double gap = 0;                // m, along the patch's normal; negative: overlap
   double stiffness_fraction =
@@ -32,14 +32,14 @@ struct Contact {
   int a = 0;                     // particle
   int b = 0;                     // particle above a, or number of particles + boundary
   int patch = 0;                 // number of the patch of this pair, from 0
-  Vec3 place = Vec3::Zero();     // m, world: the reference point, where friction acts
+  Vec3 position = Vec3::Zero();  // m, world: the reference point, where friction acts
   Vec3 normal = Vec3::UnitZ();   // unit, world, from a to b
   double normal_force = 0;       // N, sum over the points
   Vec3 friction = Vec3::Zero();  // N, world, on a, tangential
-  double friction_cap = 0;       // N, friction limit: static while sticking, dynamic while sliding
+  double friction_limit = 0;     // N, friction limit: static while sticking, dynamic while sliding
   bool sliding = false;
   double torsion = 0;            // N m, about the normal, on a
-  double torsion_cap = 0;        // N m, torsion limit
+  double torsion_limit = 0;      // N m, torsion limit
   Vec3 rolling = Vec3::Zero();   // N m, world, on a
   double overlap = 0;            // m, of the deepest point; 0 when no point touches
   double gap = 0;                // m, the smallest; negative: overlap
@@ -49,7 +49,7 @@ struct Contact {
   Vec3 force = Vec3::Zero();     // N, world, on a: friction - (normal_force - adhesion) * normal
   Vec3 moment_a = Vec3::Zero();  // N m, world, on a about its center of mass
   Vec3 moment_b = Vec3::Zero();  // N m, world, on b about its center of mass (boundary: origin)
-  std::vector<ContactSpot> spots;
+  std::vector<ContactPointInfo> points;
 };
 
 // Instruction set of new solvers: "baseline", or "avx2" where build and processor support it. The

@@ -70,14 +70,14 @@ TEST_F(MotionCsvTest, ReadsUnitsQuotesCommentsAndOtherColumns) {
       "\xef\xbb\xbf# logger 7\r\ntime [ms],note,\"way (mm)\"\r\n0,\"a, b\",1\r\n\r\n"
       "# pause\r\n10,,2.5e0\r\n+30,x,-4\r\n");
   EXPECT_THAT(motion(c).times, ElementsAre(0, 0.01, 0.03));
-  EXPECT_THAT(motion(c).ways, ElementsAre(0.001, 0.0025, -0.004));
-  EXPECT_THAT(motion(read("way [in];time [s]\n0;0\n1;1\n")).ways, ElementsAre(0, 0.0254));
+  EXPECT_THAT(motion(c).positions, ElementsAre(0.001, 0.0025, -0.004));
+  EXPECT_THAT(motion(read("way [in];time [s]\n0;0\n1;1\n")).positions, ElementsAre(0, 0.0254));
   const std::string turning =
       "[{ kind = \"rotation_table\", axis = [0, 0, 1], file = \"x.csv\", time_column = \"t\", "
       "position_column = \"angle\" }]";
   const Case turned =
       read("t [s],angle [deg]\n0,0\n1,90\n", {{"boundaries.plate.motions", turning}});
-  EXPECT_THAT(motion(turned).ways,
+  EXPECT_THAT(motion(turned).positions,
               ElementsAre(0, testing::DoubleNear(std::numbers::pi / 2, 1e-12)));
 }
 
@@ -94,7 +94,7 @@ TEST_F(MotionCsvTest, ReadsDecimalCommasBetweenSemicolonsAndTabs) {
     EXPECT_EQ(error_of(text), "");
     const Case c = read(text);
     EXPECT_THAT(motion(c).times, ElementsAre(0, 0.5, 1));
-    EXPECT_THAT(motion(c).ways, ElementsAre(0, -0.0125, 0.003));
+    EXPECT_THAT(motion(c).positions, ElementsAre(0, -0.0125, 0.003));
   }
   const std::string head = "time [s];way [mm]\n";
   EXPECT_EQ(error_of(head + "0;0\n1;1.234,5\n"),
@@ -111,7 +111,7 @@ TEST_F(MotionCsvTest, ResolvedCaseHoldsTheTable) {
   std::filesystem::remove(path("x.csv"));
   const Case again = read_case_text(c.resolved, "again.toml", "/");
   EXPECT_EQ(again.resolved, c.resolved);
-  EXPECT_EQ(motion(again).ways, motion(c).ways);
+  EXPECT_EQ(motion(again).positions, motion(c).positions);
 }
 
 TEST_F(MotionCsvTest, SaysWhereWhatIsWrong) {

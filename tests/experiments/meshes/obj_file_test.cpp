@@ -158,7 +158,7 @@ TEST(MeshRepair, GivesUpOnALoneTriangle) {
   mesh.triangles = {{0, 1, 2}};
   const MeshRepair r = repair(mesh);
   EXPECT_FALSE(r.is_repairable());
-  EXPECT_THAT(r.sentence(), HasSubstr("hopeless: "));
+  EXPECT_THAT(r.sentence(), HasSubstr("no repair is possible: "));
 }
 
 }  // namespace

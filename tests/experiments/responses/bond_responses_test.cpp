@@ -411,7 +411,7 @@ TEST_F(BondRun, BreaksAreKeptAndResumedBitForBit) {
     if (std::isnan(a[k].time)) continue;
     ++broken;
     EXPECT_EQ(a[k].time, b[k].time);
-    EXPECT_EQ(a[k].place, b[k].place);
+    EXPECT_EQ(a[k].position, b[k].position);
     EXPECT_GT(a[k].stress, 60e3);
   }
   EXPECT_GT(broken, 0);

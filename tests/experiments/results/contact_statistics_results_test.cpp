@@ -129,11 +129,11 @@ TEST_F(StatisticsFile, HoldsEveryContactAboveTheThreshold) {
     first = std::min(first, e.start);
     if (e.b >= 13) {  // on the floor: in its axes the top is half of its thickness up
       EXPECT_EQ(e.b, 13);
-      EXPECT_NEAR(e.place_on_b.z(), 0.05, 1e-3);
-      EXPECT_NEAR(e.place.z(), 0, 1e-3);
+      EXPECT_NEAR(e.position_on_b.z(), 0.05, 1e-3);
+      EXPECT_NEAR(e.position.z(), 0, 1e-3);
     }
     // On the surface of a cube of 20 mm, but for what it is pressed in.
-    EXPECT_NEAR(e.place_on_a.lpNorm<Eigen::Infinity>(), 0.01, 1e-3);
+    EXPECT_NEAR(e.position_on_a.lpNorm<Eigen::Infinity>(), 0.01, 1e-3);
   }
   // Cubes have one patch with each other: the largest of a particle's contacts is its peak.
   for (std::size_t i = 0; i < peaks.size(); ++i) EXPECT_NEAR(largest[i], peaks[i], 1e-9) << i;

@@ -58,11 +58,11 @@ TEST(Beam, StiffnessesAreThoseOfTheTextbook) {
     const double phi = 12 * kYoung * inertia / (kappa * g * area * kLength * kLength);
     return 12 * kYoung * inertia / (kLength * kLength * kLength * (1 + phi));
   };
-  EXPECT_NEAR(k.ways.x(), kYoung * area / kLength, 1e-9 * k.ways.x());
-  EXPECT_NEAR(k.ways.y(), sheared(iz), 1e-9 * k.ways.y());
-  EXPECT_NEAR(k.ways.z(), sheared(iy), 1e-9 * k.ways.z());
-  EXPECT_NEAR(k.turns.y(), kYoung * iy / kLength, 1e-9 * k.turns.y());
-  EXPECT_NEAR(k.turns.z(), kYoung * iz / kLength, 1e-9 * k.turns.z());
+  EXPECT_NEAR(k.linear.x(), kYoung * area / kLength, 1e-9 * k.linear.x());
+  EXPECT_NEAR(k.linear.y(), sheared(iz), 1e-9 * k.linear.y());
+  EXPECT_NEAR(k.linear.z(), sheared(iy), 1e-9 * k.linear.z());
+  EXPECT_NEAR(k.angular.y(), kYoung * iy / kLength, 1e-9 * k.angular.y());
+  EXPECT_NEAR(k.angular.z(), kYoung * iz / kLength, 1e-9 * k.angular.z());
 }
 
 // Saint-Venant's series for the rectangle (Timoshenko and Goodier, section 109).

@@ -195,7 +195,7 @@ TEST(FreeBodyOrder, LooseBodyKeepsMomenta) {
 Motion rotation_ramp(Random& random) {
   Motion m;
   m.kind = Motion::Kind::rotation;
-  m.course = Motion::Course::ramp;
+  m.profile = Motion::Profile::ramp;
   m.axis = random_direction(random);
   m.center = random_vector(random, 0.1);
   m.rate = random.uniform(-2, 2);
@@ -206,7 +206,7 @@ Motion rotation_ramp(Random& random) {
 Motion vibration(Random& random, Motion::Kind kind) {
   Motion m;
   m.kind = kind;
-  m.course = Motion::Course::swing;
+  m.profile = Motion::Profile::sinusoidal;
   m.axis = random_direction(random);
   m.center = random_vector(random, 0.1);
   m.amplitude = kind == Motion::Kind::rotation ? 0.3 : 0.02;

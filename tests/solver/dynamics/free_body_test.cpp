@@ -223,7 +223,7 @@ TEST(FreeBody, PendulumFeelsItsPivotBeingMoved) {
   // One under a steady acceleration hangs at atan(a / g): at rest there, it stays.
   Motion ramp;
   ramp.kind = Motion::Kind::translation;
-  ramp.course = Motion::Course::ramp;
+  ramp.profile = Motion::Profile::ramp;
   ramp.axis = Vec3::UnitX();
   ramp.end_rate = 4;
   ramp.ramp_time = 2;
@@ -411,9 +411,9 @@ TEST(MotionFrames, RunsGoOnFromTheirState) {
   late.speed = -2;
   late.limit = 0.3;
   Motion swing;
-  swing.course = Motion::Course::table;
+  swing.profile = Motion::Profile::table;
   swing.times = {0, 0.1};
-  swing.ways = {0, 0.01};
+  swing.positions = {0, 0.01};
   for (Solver* s : {&whole, &first}) {
     s->add_motor(0, 0, late);
     s->add_motion(0, swing);
@@ -478,32 +478,33 @@ TEST(MotionFrames, ALightFreeBodyShortensTheTimeStep) {
 TEST(Motions, CoverTheWayOfTheirCourse) {
   Motion ramp;
   ramp.kind = Motion::Kind::rotation;
-  ramp.course = Motion::Course::ramp;
+  ramp.profile = Motion::Profile::ramp;
   ramp.start = 1;
   ramp.stop = 5;
   ramp.rate = 1;
   ramp.end_rate = 3;
   ramp.ramp_time = 2;
-  EXPECT_DOUBLE_EQ(ramp.way(0, 1), 0);
-  EXPECT_DOUBLE_EQ(ramp.way(1, 2), 4);  // mean rate 2
-  EXPECT_DOUBLE_EQ(ramp.way(0, 9), 4 + 3 * 2);
-  EXPECT_DOUBLE_EQ(ramp.way(2, 0.5) + ramp.way(2.5, 0.5), ramp.way(2, 1));
+  EXPECT_DOUBLE_EQ(ramp.displacement(0, 1), 0);
+  EXPECT_DOUBLE_EQ(ramp.displacement(1, 2), 4);  // mean rate 2
+  EXPECT_DOUBLE_EQ(ramp.displacement(0, 9), 4 + 3 * 2);
+  EXPECT_DOUBLE_EQ(ramp.displacement(2, 0.5) + ramp.displacement(2.5, 0.5),
+                   ramp.displacement(2, 1));
 
   Motion swing;
-  swing.course = Motion::Course::swing;
+  swing.profile = Motion::Profile::sinusoidal;
   swing.amplitude = 0.02;
   swing.frequency = 5;
-  EXPECT_NEAR(swing.way(0, 0.05), 0.02, 1e-15);
-  EXPECT_NEAR(swing.way(0, 0.2), 0, 1e-15);
+  EXPECT_NEAR(swing.displacement(0, 0.05), 0.02, 1e-15);
+  EXPECT_NEAR(swing.displacement(0, 0.2), 0, 1e-15);
 
   Motion table;
-  table.course = Motion::Course::table;
+  table.profile = Motion::Profile::table;
   table.start = 10;
   table.times = {0, 1, 4};
-  table.ways = {5, 6, 0};  // only differences count
-  EXPECT_DOUBLE_EQ(table.way(10, 1), 1);
-  EXPECT_DOUBLE_EQ(table.way(11, 1.5), -3);
-  EXPECT_DOUBLE_EQ(table.way(14, 10), 0);
+  table.positions = {5, 6, 0};  // only differences count
+  EXPECT_DOUBLE_EQ(table.displacement(10, 1), 1);
+  EXPECT_DOUBLE_EQ(table.displacement(11, 1.5), -3);
+  EXPECT_DOUBLE_EQ(table.displacement(14, 10), 0);
 
   Motion shake;
   shake.kind = Motion::Kind::rotation;
@@ -511,13 +512,13 @@ TEST(Motions, CoverTheWayOfTheirCourse) {
   shake.start = 1;
   shake.stop = 1.5;
   shake.period = 2;
-  EXPECT_DOUBLE_EQ(shake.way(0, 1), 0);
-  EXPECT_DOUBLE_EQ(shake.way(1, 1), 1);
-  EXPECT_DOUBLE_EQ(shake.way(2, 1), 0);
-  EXPECT_DOUBLE_EQ(shake.way(3.25, 1), 0.5);
-  EXPECT_DOUBLE_EQ(shake.way(2.5, 0.75), 0.5);  // across the border of two periods
+  EXPECT_DOUBLE_EQ(shake.displacement(0, 1), 0);
+  EXPECT_DOUBLE_EQ(shake.displacement(1, 1), 1);
+  EXPECT_DOUBLE_EQ(shake.displacement(2, 1), 0);
+  EXPECT_DOUBLE_EQ(shake.displacement(3.25, 1), 0.5);
+  EXPECT_DOUBLE_EQ(shake.displacement(2.5, 0.75), 0.5);  // across the border of two periods
   shake.end = 4;
-  EXPECT_DOUBLE_EQ(shake.way(5, 1), 0);
+  EXPECT_DOUBLE_EQ(shake.displacement(5, 1), 0);
   EXPECT_TRUE(shake.acts(3.2));
   EXPECT_FALSE(shake.acts(3.6));
   EXPECT_FALSE(shake.acts(5.2));

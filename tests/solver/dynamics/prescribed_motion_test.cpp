@@ -30,22 +30,22 @@ Motion random_motion(Random& random, bool smooth) {
       m.angular_speed = random.uniform(-5, 5);
       break;
     case 1:
-      m.course = Motion::Course::ramp;
+      m.profile = Motion::Profile::ramp;
       m.rate = size * random.uniform(-3, 3);
       m.end_rate = size * random.uniform(-3, 3);
       m.ramp_time = smooth ? 10 : random.uniform(0.1, 1);
       break;
     case 2:
-      m.course = Motion::Course::swing;
+      m.profile = Motion::Profile::sinusoidal;
       m.amplitude = size * random.uniform(0.1, 1);
       m.frequency = random.uniform(0.5, 5);
       m.phase = random.uniform(0, 6);
       break;
     default:
-      m.course = Motion::Course::table;
+      m.profile = Motion::Profile::table;
       for (int i = 0; i < 5; ++i) {
         m.times.push_back(0.1 * i);
-        m.ways.push_back(size * random.uniform(-0.2, 0.2));
+        m.positions.push_back(size * random.uniform(-0.2, 0.2));
       }
   }
   if (smooth) return m;
@@ -61,7 +61,7 @@ Motion random_motion(Random& random, bool smooth) {
 Affine transform(const Motion& m, double way) {
   if (m.kind == Motion::Kind::translation)
     return Affine(
-        Eigen::Translation3d((m.course == Motion::Course::steady ? m.velocity : m.axis) * way));
+        Eigen::Translation3d((m.profile == Motion::Profile::constant ? m.velocity : m.axis) * way));
   return Affine(Eigen::Translation3d(m.center) * Eigen::AngleAxisd(way, m.axis) *
                 Eigen::Translation3d(-m.center));
 }
@@ -69,15 +69,15 @@ Affine transform(const Motion& m, double way) {
 // Way from 0 to t, written out once more: integrated speeds, piece by piece.
 double way_by_speed(const Motion& m, double t) {
   const auto in_period = [&](double tau) {
-    switch (m.course) {
-      case Motion::Course::steady:
+    switch (m.profile) {
+      case Motion::Profile::constant:
         return m.kind == Motion::Kind::translation ? tau : m.angular_speed * tau;
-      case Motion::Course::ramp: {
+      case Motion::Profile::ramp: {
         const double r = std::min(tau, m.ramp_time);
         return m.rate * r + (m.end_rate - m.rate) * r * r / (2 * m.ramp_time) +
                m.end_rate * (tau - r);
       }
-      case Motion::Course::swing:
+      case Motion::Profile::sinusoidal:
         return m.amplitude *
                (std::sin(2 * std::numbers::pi * m.frequency * tau + m.phase) - std::sin(m.phase));
       default: {
@@ -85,7 +85,7 @@ double way_by_speed(const Motion& m, double t) {
         for (std::size_t i = 0; i + 1 < m.times.size(); ++i) {
           const double part =
               std::clamp((tau - m.times[i]) / (m.times[i + 1] - m.times[i]), 0.0, 1.0);
-          way += part * (m.ways[i + 1] - m.ways[i]);
+          way += part * (m.positions[i + 1] - m.positions[i]);
         }
         return way;
       }
@@ -219,8 +219,8 @@ TEST(MotionLists, WayCoveredIsTheSumOfItsSteps) {
     double sum = 0;
     const double dt = random.uniform(1e-3, 1e-2);
     for (int k = 0; k < 150; ++k) {
-      sum += m.way(k * dt, dt);
-      ASSERT_NEAR(sum, m.covered((k + 1) * dt), 1e-11) << member;
+      sum += m.displacement(k * dt, dt);
+      ASSERT_NEAR(sum, m.total_displacement((k + 1) * dt), 1e-11) << member;
       ASSERT_NEAR(sum, way_by_speed(m, (k + 1) * dt), 1e-11) << member;
     }
   }

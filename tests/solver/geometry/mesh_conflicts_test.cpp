@@ -82,7 +82,7 @@ TEST(MeshConflicts, ApexThroughTheBaseCrosses) {
   const MeshConflicts found = find_conflicts(mesh);
   EXPECT_GT(found.intersections, 0);
   ASSERT_EQ(found.examples.size(), 1U);
-  EXPECT_NEAR(found.examples[0].place.z(), 0, 1e-9);  // on the base
+  EXPECT_NEAR(found.examples[0].position.z(), 0, 1e-9);  // on the base
 }
 
 // Two boxes with known intervals, turned and moved together: what they are to each other is known,

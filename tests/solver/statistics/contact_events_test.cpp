@@ -66,9 +66,9 @@ TEST(Events, ImpactOfASphereHasTheClosedForms) {
     EXPECT_NEAR(event.dissipated, 0.5 * kMass * v * v * (1 - e * e), 2e-3 * 0.5 * kMass * v * v);
     EXPECT_LT((event.normal + Vec3::UnitZ()).norm(), 1e-12);
     // The lowest point of the ball, wherever it is in its own axes.
-    EXPECT_LT((event.place - Vec3(0.3, 0.2, 0)).norm(), 2e-4);
-    EXPECT_LT((turned * event.place_on_a - Vec3(0, 0, -kRadius)).norm(), 2e-4);
-    EXPECT_LT((event.place_on_b - event.place).norm(), 1e-12);
+    EXPECT_LT((event.position - Vec3(0.3, 0.2, 0)).norm(), 2e-4);
+    EXPECT_LT((turned * event.position_on_a - Vec3(0, 0, -kRadius)).norm(), 2e-4);
+    EXPECT_LT((event.position_on_b - event.position).norm(), 1e-12);
   }
 }
 

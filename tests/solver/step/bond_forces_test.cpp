@@ -138,13 +138,13 @@ TEST(Bond, StretchAndTwistRingAtTheirNaturalFrequencies) {
     put(solver, 0, place(0));
     put(solver, 1, place(1) + Vec3(1e-5, 0, 0));
     const double found = period(solver, [&] { return solver.bond(0).forces.force.x(); });
-    EXPECT_NEAR(found, 2 * pi * std::sqrt(0.5 * box.mass / k.ways.x()), 2e-4 * found);
+    EXPECT_NEAR(found, 2 * pi * std::sqrt(0.5 * box.mass / k.linear.x()), 2e-4 * found);
   }
   Solver solver(model);
   put(solver, 0, place(0));
   put(solver, 1, place(1), Quat(Eigen::AngleAxisd(1e-2, Vec3::UnitX())));
   const double found = period(solver, [&] { return solver.bond(0).forces.moment.x(); });
-  EXPECT_NEAR(found, 2 * pi * std::sqrt(0.5 * box.inertia.x() / k.turns.x()), 2e-4 * found);
+  EXPECT_NEAR(found, 2 * pi * std::sqrt(0.5 * box.inertia.x() / k.angular.x()), 2e-4 * found);
 }
 
 TEST(Bond, DampingTakesItsRatioAndIsBooked) {
@@ -157,7 +157,7 @@ TEST(Bond, DampingTakesItsRatioAndIsBooked) {
   const double start = scenes::mechanical(solver.energy());
   const double ring = period(solver, [&] { return solver.bond(0).forces.force.x(); });
   const double free =
-      2 * pi * std::sqrt(0.5 * model.shapes[0].mass / stiffness_of(model.beams[0]).ways.x());
+      2 * pi * std::sqrt(0.5 * model.shapes[0].mass / stiffness_of(model.beams[0]).linear.x());
   EXPECT_NEAR(ring, free / std::sqrt(1 - ratio * ratio), 5e-4 * ring);
   const Energy e = solver.energy();
   EXPECT_NEAR(scenes::mechanical(e) + e.dissipated_bonds, start, 2e-3 * start);
@@ -189,7 +189,7 @@ Deformation deformation(const Solver& solver, int number) {
   const Model& model = solver.model();
   const BeamPose pose = pose_of(model.beams[0], model.bonds[0], body(0), body(1));
   Vec6 ways;
-  ways << pose.way, pose.turn;
+  ways << pose.displacement, pose.rotation;
   return {ways[number], rates_of(pose, body(0), body(1))[number]};
 }
 
@@ -212,7 +212,7 @@ double damping_error(const DampedMode& mode, double ratio, double steps) {
   const BeamSprings k = stiffness_of(model.beams[0]);
   const Mat6 give = mobility_of(model.beams[0], model.bonds[0], model.shapes[0], model.shapes[0]);
   Vec6 stiffness;
-  stiffness << k.ways, k.turns;
+  stiffness << k.linear, k.angular;
   const double w = std::sqrt(stiffness[mode.number] * give(mode.number, mode.number));
   model.timestep = 0.5 * pi / w / steps;
   Solver solver(model);
@@ -350,13 +350,13 @@ TEST(Bond, BreaksAtItsStrengthAndSaysByWhat) {
       solver.step();
       const BondRecord& record = solver.bonds()[0];
       if (share < 1) {
-        EXPECT_EQ(record.mode, BondMode::whole) << to_string(trial.mode);
+        EXPECT_EQ(record.mode, BondMode::intact) << to_string(trial.mode);
         continue;
       }
       EXPECT_STREQ(to_string(record.mode), to_string(trial.mode));
       EXPECT_DOUBLE_EQ(record.time, solver.time());
       EXPECT_NEAR(record.stress, reached, 1e-6 * reached);
-      EXPECT_NEAR((record.place - 0.5 * place(1)).norm(), 0, 1e-4);
+      EXPECT_NEAR((record.position - 0.5 * place(1)).norm(), 0, 1e-4);
       EXPECT_EQ(solver.energy().elastic, 0);
       EXPECT_NEAR(solver.energy().dissipated_bonds, elastic, 1e-6 * elastic);
       EXPECT_EQ(solver.load(0).force.norm(), 0);
@@ -375,7 +375,7 @@ TEST(Bond, CompressionBreaksNothing) {
   put(solver, 0, place(0));
   put(solver, 1, place(1) - Vec3(1e-4, 0, 0));
   solver.step();
-  EXPECT_EQ(solver.bonds()[0].mode, BondMode::whole);
+  EXPECT_EQ(solver.bonds()[0].mode, BondMode::intact);
 }
 
 TEST(Bond, TurningTheWholeSceneChangesNothing) {
@@ -420,7 +420,7 @@ Solver dropped(const Model& model) {
 }
 int broken(const Solver& solver) {
   int count = 0;
-  for (const BondRecord& record : solver.bonds()) count += record.mode != BondMode::whole;
+  for (const BondRecord& record : solver.bonds()) count += record.mode != BondMode::intact;
   return count;
 }
 
@@ -467,7 +467,7 @@ TEST(Bond, EndsWithABodyThatLeaves) {
   const double elastic = solver.energy().elastic;
   EXPECT_GT(elastic, 0);
   solver.remove_particle(1);
-  EXPECT_EQ(solver.bonds()[0].mode, BondMode::parted);
+  EXPECT_EQ(solver.bonds()[0].mode, BondMode::removed);
   EXPECT_EQ(solver.energy().elastic, 0);
   solver.step();
   EXPECT_EQ(solver.load(0).force.norm(), 0);

@@ -40,11 +40,11 @@ TEST(Contacts, CubeAtRestSharesItsWeightBetweenFourCorners) {
   EXPECT_NEAR(c.normal_force, weight, 1e-9 * weight);
   EXPECT_NEAR(c.force.z(), weight, 1e-9 * weight);
   EXPECT_FALSE(c.sliding);
-  EXPECT_NEAR(c.friction_cap, 0.3 * c.normal_force, 1e-15);
+  EXPECT_NEAR(c.friction_limit, 0.3 * c.normal_force, 1e-15);
   EXPECT_DOUBLE_EQ(c.stiffness, kStiffness);
-  ASSERT_EQ(c.spots.size(), 4u);
+  ASSERT_EQ(c.points.size(), 4u);
   double sum = 0, share = 0, deepest = 0;
-  for (const ContactSpot& spot : c.spots) {
+  for (const ContactPointInfo& spot : c.points) {
     EXPECT_NEAR(spot.force, weight / 4, 1e-9 * weight);
     EXPECT_NEAR(spot.stiffness_fraction, 0.25, 1e-6);
     // Corners of the flat face, midway between it and the plane.
@@ -104,8 +104,8 @@ TEST(Contacts, ListedForcesAreThoseThatMoveTheBodies) {
           force[c.b] -= c.force;
           moment[c.b] += c.moment_b;
         }
-        EXPECT_LE(c.friction.norm(), c.friction_cap * (1 + 1e-12));
-        EXPECT_LE(std::abs(c.torsion), c.torsion_cap * (1 + 1e-12) + 1e-300);
+        EXPECT_LE(c.friction.norm(), c.friction_limit * (1 + 1e-12));
+        EXPECT_LE(std::abs(c.torsion), c.torsion_limit * (1 + 1e-12) + 1e-300);
         if (rolling == 0) {
           EXPECT_EQ(c.rolling, Vec3(Vec3::Zero()));
         }

@@ -172,7 +172,7 @@ TEST(Diagnostics, CountsWhatIsThere) {
     const std::vector<Contact> contacts = solver.contacts();
     most = std::max(most, contacts.size());
     std::size_t points = 0;
-    for (const Contact& contact : contacts) points += contact.spots.size();
+    for (const Contact& contact : contacts) points += contact.points.size();
     const Diagnostics& diagnostics = solver.diagnostics();
     ASSERT_EQ(diagnostics.patches, contacts.size()) << "at step " << solver.steps();
     ASSERT_EQ(diagnostics.points, points) << "at step " << solver.steps();

@@ -158,7 +158,7 @@ void land(const Landing& in, double e, std::vector<Check>& checks) {
                     std::sqrt(effective * stiffness), 3e-3, Bound::relative, "N"});
 }
 
-std::vector<Check> off_centre() {
+std::vector<Check> off_center() {
   std::vector<Check> checks;
   const Vec3 cube = Vec3::Constant(0.1);
   for (const double e : {0.3, 0.5, 0.8}) {
@@ -205,7 +205,7 @@ std::vector<VerificationCase> body_cases() {
        "An edge or face is one patch and has the stiffness K once: the force does not grow with "
        "the "
        "number of its vertices. K = 1e9 N/m, so that the lever arm hardly turns while it touches.",
-       Tier::quick, off_centre}};
+       Tier::quick, off_center}};
   for (auto* more : {incline_cases, rolling_cases}) {
     for (VerificationCase& c : more()) cases.push_back(std::move(c));
   }

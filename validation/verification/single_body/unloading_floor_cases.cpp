@@ -43,13 +43,13 @@ std::optional<double> rebound(const FloorImpact& in) {
     double force = 0;
     int points = 0;
     for (const Contact& c : solver.contacts()) {
-      for (const ContactSpot& spot : c.spots) points += spot.force > 0 ? 1 : 0;
+      for (const ContactPointInfo& spot : c.points) points += spot.force > 0 ? 1 : 0;
       if (!(c.normal_force > peak)) {
         force += c.normal_force;
         continue;
       }
       force = peak = c.normal_force;
-      place = c.place;
+      place = c.position;
     }
     if (in.one_point && points > 1) return std::nullopt;
     if (peak > 0 && force < 1e-9 * peak && (in.floor == 0 || force == 0)) {
