@@ -35,7 +35,8 @@ std::string run_mesh_program(const std::string& name, const std::string& input) 
   ProcessLimits limits;
   limits.processor_time = 120;
   limits.address_space = std::size_t{4} << 30;
-  const CommandResult result = run_command({path_of(name), file}, {}, limits);
+  const CommandResult result = run_repeatable_command({path_of(name), file}, {}, limits);
+  if (ended_from_outside(result)) throw RunError(name + ": " + failure_text(result));
   if (result.status == 1) throw InputError(last_line(result.err));
   if (result.status != 0) throw InputError(fmt::format("{} fails on this mesh", name));
   return result.out;

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <csignal>
 #include <cstring>
 #include <mutex>
 #include <set>
@@ -27,14 +26,6 @@ ProcessLimits limits_for(double bytes) {
   return limits;
 }
 
-// By another process or for want of memory of the machine: the file is not the cause.
-bool was_ended(const CommandResult& r) {
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGKILL})
-    if (r.status == 128 + signal) return true;
-  return false;
-}
-constexpr int kTries = 3;
-
 }  // namespace
 
 void guard_results_with(const std::string& program) {
@@ -50,15 +41,10 @@ void check_in_child(const std::string& file, const std::string& name) {
     if (checker.empty() || !found.exists || passed.contains(found)) return;
     program = checker;
   }
-  CommandResult r;
-  for (int tries = 0; tries < kTries; ++tries) {
-    r = run_command({program, "check-results", file}, {},
-                    limits_for(static_cast<double>(found.size)));
-    if (!was_ended(r)) break;
-  }
-  if (was_ended(r))
-    throw RunError(fmt::format("{}: the process that checks it was ended {} times ({})", name,
-                               kTries, strsignal(r.status - 128)));
+  const CommandResult r = run_repeatable_command({program, "check-results", file}, {},
+                                                 limits_for(static_cast<double>(found.size)));
+  if (ended_from_outside(r))
+    throw RunError(fmt::format("{}: the process that checks it: {}", name, failure_text(r)));
   if (r.status == 2 && !r.out.empty())
     throw InputError(fmt::format("{}: {}", name, last_line(r.out)));
   if (r.status == 126 || r.status == 127)

@@ -23,11 +23,6 @@ bool is_whole_picture(const std::string& bytes, const std::string& extension) {
   return bytes.rfind(end) != bytes.npos && bytes.size() - bytes.rfind(end) <= end.size() + 2;
 }
 
-std::string complaint(const std::string& messages) {
-  const std::string last = last_line(messages);
-  return last.empty() ? "it failed without a message" : last;
-}
-
 }  // namespace
 
 std::string Gnuplot::image(const std::string& name, int width, int height,
@@ -41,14 +36,14 @@ std::string Gnuplot::image(const std::string& name, int width, int height,
 void Gnuplot::run(const std::string& script) const {
   const std::filesystem::path file = data_file("script.gp");
   write_file(file.string(), script, OutputFile::When::unsynced);
-  const CommandResult r =
-      run_command({"gnuplot", "--default-settings", "script.gp"}, folder_.path().string());
+  const CommandResult r = run_repeatable_command({"gnuplot", "--default-settings", "script.gp"},
+                                                 folder_.path().string());
   if (r.status == 127) {
     throw InputError(
         "pictures need the program gnuplot, which is not installed; expected it on "
         "the PATH (Debian: gnuplot-nox)");
   }
-  if (r.status != 0) throw RunError("gnuplot: " + complaint(r.err));
+  if (r.status != 0) throw RunError("gnuplot: " + failure_text(r));
 }
 
 void Gnuplot::draw(const std::string& script, const std::string& file, int width,

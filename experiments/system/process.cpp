@@ -23,6 +23,7 @@ namespace {
 
 // Simulations give way to whatever else the user does on the machine.
 constexpr int niceness = 10;
+constexpr int kSignalStatus = 128;  // status of a command: this and the number of the signal
 
 std::vector<char*> argument_list(const std::vector<std::string>& args) {
   std::vector<char*> list;
@@ -159,8 +160,34 @@ CommandResult run_command(const std::vector<std::string>& args, const std::strin
   int status = 0;
   while (waitpid(pid, &status, 0) < 0 && errno == EINTR) {
   }
-  result.status = WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+  result.status = WIFSIGNALED(status) ? kSignalStatus + WTERMSIG(status) : WEXITSTATUS(status);
   return result;
+}
+
+bool ended_from_outside(const CommandResult& result) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGKILL})
+    if (result.status == kSignalStatus + signal) return true;
+  return false;
+}
+
+CommandResult run_repeatable_command(const std::vector<std::string>& args,
+                                     const std::string& directory, const ProcessLimits& limits) {
+  constexpr int kTries = 3;
+  CommandResult result;
+  for (int tries = 0; tries < kTries; ++tries) {
+    result = run_command(args, directory, limits);
+    if (!ended_from_outside(result)) break;
+  }
+  return result;
+}
+
+std::string failure_text(const CommandResult& result) {
+  if (result.status > kSignalStatus) {
+    const int signal = result.status - kSignalStatus;
+    return fmt::format("signal {} ({}) has ended it", signal, strsignal(signal));
+  }
+  const std::string last = last_line(result.err);
+  return last.empty() ? "it failed without a message" : last;
 }
 
 double resident_memory(pid_t pid) {

@@ -37,6 +37,17 @@ struct CommandResult {
 CommandResult run_command(const std::vector<std::string>& args, const std::string& directory = {},
                           const ProcessLimits& limits = {});
 
+// True for a command that SIGINT, SIGTERM, SIGHUP or SIGKILL has ended: another process or a lack
+// of memory of the machine is the cause, not its input.
+bool ended_from_outside(const CommandResult& result);
+// run_command() for a command that may be repeated: up to three times, while it is ended from
+// outside.
+CommandResult run_repeatable_command(const std::vector<std::string>& args,
+                                     const std::string& directory = {},
+                                     const ProcessLimits& limits = {});
+// Why a command has failed, in one line: the signal that has ended it, or its last message.
+std::string failure_text(const CommandResult& result);
+
 // Resident memory of a process, bytes; 0 after its end.
 double resident_memory(pid_t pid);
 

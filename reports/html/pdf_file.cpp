@@ -45,12 +45,12 @@ void write_pdf(const page::Page& page, const std::string& file) {
   limits.processor_time = 120;
   for (const char* browser : kBrowsers) {
     arguments.front() = browser;
-    const CommandResult result = run_command(arguments, folder.path().string(), limits);
+    const CommandResult result = run_repeatable_command(arguments, folder.path().string(), limits);
     if (result.status == kNotFound) continue;
     const std::string bytes = read_own_file(pdf);
     if (result.status != 0 || !is_whole_pdf(bytes))
       throw RunError(fmt::format("{}: printed no whole PDF (status {}): {}", browser, result.status,
-                                 last_line(result.err)));
+                                 failure_text(result)));
     write_file(file, bytes);
     return;
   }

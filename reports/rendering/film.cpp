@@ -81,12 +81,12 @@ void write_film(const Recording& recording, const std::string& file, const FilmO
     }
     if (options.progress) options.progress(k + 1, pictures);
   }
-  const CommandResult result =
-      run_command({"ffmpeg", "-nostdin", "-loglevel", "error", "-y", "-framerate",
-                   fmt::format("{}", options.pictures_per_second), "-i", "picture%06d.png", "-c:v",
-                   "libx264", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "film.mp4"},
-                  folder.path().string());
-  if (result.status != 0) throw RunError("ffmpeg: " + last_line(result.err));
+  const CommandResult result = run_repeatable_command(
+      {"ffmpeg", "-nostdin", "-loglevel", "error", "-y", "-framerate",
+       fmt::format("{}", options.pictures_per_second), "-i", "picture%06d.png", "-c:v", "libx264",
+       "-pix_fmt", "yuv420p", "-movflags", "+faststart", "film.mp4"},
+      folder.path().string());
+  if (result.status != 0) throw RunError("ffmpeg: " + failure_text(result));
   // More than a film of the most pictures can take.
   constexpr std::uintmax_t most_bytes = std::uintmax_t{64} << 30;
   write_file(file, read_input_file(folder.file("film.mp4"), "the film of ffmpeg", most_bytes));

@@ -265,7 +265,7 @@ TEST_F(ResultsGuard, RepeatsACheckThatWasEndedFromOutside) {
     EXPECT_EQ(lines(read_text(calls)), 3u) << signal;
     EXPECT_THAT([&] { message_with("kill -" + signal + " $$\n"); },
                 testing::ThrowsMessage<RunError>(
-                    HasSubstr("RUN.h5: the process that checks it was ended 3 times (")))
+                    HasSubstr("RUN.h5: the process that checks it: signal ")))
         << signal;
   }
 }

@@ -185,6 +185,43 @@ TEST(Gnuplot, MissingProgramIsTheUsersToInstall) {
   setenv("PATH", path.c_str(), 1);
 }
 
+// A program of that name in a folder before all others of the PATH, for the lifetime of the object.
+class FirstOnPath {
+ public:
+  FirstOnPath(const fs::path& folder, const std::string& name, const std::string& script) {
+    std::ofstream(folder / name) << "#!/bin/sh\n" << script;
+    fs::permissions(folder / name, fs::perms::owner_all);
+    setenv("PATH", (folder.string() + ":" + before_).c_str(), 1);
+  }
+  ~FirstOnPath() { setenv("PATH", before_.c_str(), 1); }
+
+ private:
+  std::string before_ = std::getenv("PATH");
+};
+
+TEST(Gnuplot, ADrawingThatASignalEndsIsRepeated) {
+  const test::ScratchFolder folder("gnuplot-signal");
+  for (const int signal : {2, 9, 15}) {
+    fs::remove(folder.path() / "once");
+    const FirstOnPath killed(folder.path(), "gnuplot",
+                             "test -e '" + (folder.path() / "once").string() +
+                                 "' && exit 0\ntouch '" + (folder.path() / "once").string() +
+                                 "'\nkill -" + std::to_string(signal) + " $$\nsleep 9\n");
+    EXPECT_NO_THROW(Gnuplot().run("plot x\n")) << signal;
+  }
+}
+
+TEST(Gnuplot, ASignalIsNamed) {
+  const test::ScratchFolder folder("gnuplot-signal");
+  const FirstOnPath killed(folder.path(), "gnuplot", "kill -9 $$\nsleep 9\n");
+  try {
+    Gnuplot().run("plot x\n");
+    FAIL();
+  } catch (const RunError& error) {
+    EXPECT_STREQ(error.what(), "gnuplot: signal 9 (Killed) has ended it");
+  }
+}
+
 TEST(Gnuplot, KnowsPngAndSvgOnly) {
   EXPECT_NO_THROW(Gnuplot::check_picture("a.svg"));
   EXPECT_THROW(Gnuplot::check_picture("a.jpg"), InputError);
