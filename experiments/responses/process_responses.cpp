@@ -285,6 +285,12 @@ std::vector<Response> process_responses(const Recording& recording, const Case& 
     if (!std::isfinite(stage.end)) continue;
     const double duration = stage.end - stage.start;
     out.add("duration_" + stage.name, {duration}, "s", "of the stage");
+    const auto waits_for_stall = [&](const Stage& s) {
+      return s.name == stage.name && s.ends_on(Stage::EndEvent::stalled);
+    };
+    if (std::ranges::any_of(c.stages, waits_for_stall))
+      out.add(stage.name + "_stalled", {stage.end_reason.starts_with("stalled") ? 1.0 : 0.0}, "1",
+              "1: a stalled motor, as in a jam, has ended the stage; 0: it has not");
     const auto counts = [&](const Stage& s) { return s.name == stage.name && s.count > 0; };
     if (std::ranges::none_of(c.stages, counts)) continue;
     const bool passed = stage.end_reason.starts_with("passed");

@@ -398,6 +398,17 @@ max_duration = "1.5 s"
   // The motor gives what it can, and the cube and the weight take it.
   EXPECT_NEAR(recording.series("/motion_frames/ram/motor_load").back(), -30, 1e-6);
   EXPECT_LT(summary.simulated, 0.4);
+  const auto stalled = [](const RunSummary& of) {
+    return std::ranges::find(of.responses, "press_stalled", &Response::name)->value;
+  };
+  EXPECT_EQ(stalled(summary), std::vector<double>{1});
+  std::string free = press;
+  const std::string motor = "stall_hold = \"0.1 s\"\nmax_duration = \"1.5 s\"";
+  ASSERT_NE(free.find(motor), std::string::npos);
+  free.replace(free.find(motor), motor.size(),
+               "stall_hold = \"0.1 s\"\nmax_duration = \"20 ms\"");  // before it touches
+  const RunSummary unhindered = run(read(free), options("free.h5"));
+  EXPECT_EQ(stalled(unhindered), std::vector<double>{0}) << unhindered.reason;
 }
 
 TEST_F(SceneTest, FilesIncludeOthers) {
