@@ -283,6 +283,67 @@ void powers_section(const SweepDocument& results, page::Page& page) {
   page.section("Power laws", "powers").table(table);
 }
 
+// A response over its factors; the noise where it is known.
+page::Figure effects_plot(const std::string& response, const std::string& unit,
+                          const NamedValues<SweepDocument::Effect>& effects) {
+  plots::IntervalPlot plot;
+  plot.x = {"mean absolute effect on " + words(response), unit_text(unit), false, 0.0, {}};
+  plot.names = {"95 % interval"};
+  double noise = std::nan("");
+  for (const auto& [factor, e] : effects) {
+    plots::IntervalRow& row = plot.rows.emplace_back(plots::IntervalRow{words(factor), {}});
+    const bool known = std::isfinite(e.interval_95.first) && std::isfinite(e.interval_95.second);
+    const auto [low, high] = known ? e.interval_95 : std::pair(e.mean_absolute, e.mean_absolute);
+    row.intervals.push_back(std::isfinite(e.mean_absolute)
+                                ? std::optional(plots::Interval{low, high, e.mean_absolute})
+                                : std::nullopt);
+    noise = std::fmax(noise, e.noise);
+  }
+  if (std::isfinite(noise)) plot.vertical.push_back({noise, "noise"});
+  const std::string first = effects.empty() ? "nothing" : words(effects.front().first);
+  return {plots::draw(plot), fmt::format("Effects on {}.", words(response)),
+          fmt::format("{} depends most on {}", words(response), first)};
+}
+
+void effects_section(const SweepDocument& results, page::Page& page) {
+  if (results.effects.empty()) return;
+  page::Content& content = page.section("Which factor matters", "effects");
+  content.paragraph(
+      "Elementary effects: changes of a response when one factor passes through its whole range, "
+      "everything else being equal, at random places. The mean of their absolute values ranks the "
+      "factors. A scatter of the order of the mean shows curvature, interactions with other "
+      "factors, "
+      "or noise. An effect below the noise may be none.");
+  std::vector<page::Figure> figures;
+  for (std::size_t i = 0; i < results.effects.size() && i < kOpenPlots; ++i) {
+    const auto& [response, effects] = results.effects[i];
+    const auto named =
+        std::ranges::find(results.responses, response, &SweepDocument::NamedResponse::name);
+    const bool drawn = std::ranges::any_of(
+        effects, [](const auto& e) { return std::isfinite(e.second.mean_absolute); });
+    if (drawn)
+      figures.push_back(
+          effects_plot(response, named == results.responses.end() ? "" : named->unit, effects));
+  }
+  if (!figures.empty()) content.figures(figures);
+  for (const auto& [response, effects] : results.effects) {
+    page::Table table;
+    table.caption = "Effects on " + words(response);
+    table.columns = {{"factor", ""}, {"mean absolute", ""},      {"95 % interval", ""},
+                     {"mean", ""},   {"standard deviation", ""}, {"noise", ""},
+                     {"effects", ""}};
+    for (const auto& [factor, e] : effects)
+      table.rows.push_back({words(factor), Cell(e.mean_absolute),
+                            std::isfinite(e.interval_95.first)
+                                ? fmt::format("{} to {}", number_text(e.interval_95.first),
+                                              number_text(e.interval_95.second))
+                                : "",
+                            Cell(e.mean), Cell(e.standard_deviation), Cell(e.noise),
+                            Cell(static_cast<double>(e.count), 9)});
+    content.table(table);
+  }
+}
+
 void failures_section(const SweepDocument& results, page::Page& page) {
   page::Table table;
   table.caption = "Runs that did not finish";
@@ -313,7 +374,8 @@ page::Page page_of(const SweepDocument& results) {
     facts.push_back({words(key.name), values});
   }
   if (!facts.empty()) page.top().facts(facts);
-  response_plots(data, page);
+  effects_section(results, page);
+  if (results.effects.empty()) response_plots(data, page);
   powers_section(results, page);
   table_section(results, data, page);
   failures_section(results, page);

@@ -155,12 +155,12 @@ BeamPose pose_of(const BeamLaw& law, const Bond& bond, const BodyInMotion& a,
   p.axes = Quat(at_a.coeffs() + other.coeffs()).normalized().toRotationMatrix();
   const double w = std::min(1.0, between.w());
   const TurnFactors f = turn_factors(w, between.vec());
-  p.turn = 2 * f.across * between.vec();
+  p.rotation = 2 * f.across * between.vec();
   p.half = between.vec() / (1 + w);
   p.arm_a = a.orientation * bond.end_a;
   p.arm_b = b.orientation * bond.end_b;
   p.apart = (b.position - a.position) + (p.arm_b - p.arm_a);
-  p.way = p.axes.transpose() * p.apart - law.length * Vec3::UnitX();
+  p.displacement = p.axes.transpose() * p.apart - law.length * Vec3::UnitX();
   return p;
 }
 

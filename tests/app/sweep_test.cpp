@@ -141,6 +141,67 @@ TEST(SweepCommand, TellsTheExponentOverOneKeyThatIsANumber) {
   EXPECT_THAT(vectors.out, testing::Not(HasSubstr("as a power")));
 }
 
+// Mass is the product of density and volume; friction does not matter to it.
+TEST(SweepCommand, ScreensFactors) {
+  const Sweep folder;
+  folder.write("screen.toml", R"([sweep]
+name = "screen"
+case = "case.toml"
+design = "morris"
+trajectories = 4
+seeds = 2
+responses = ["present_mass", "peak_normal_force"]
+[[vary]]
+name = "friction"
+keys = ["interactions.ice-ice.static_friction", "interactions.ice-ice.dynamic_friction"]
+values = [0.1, 0.3]
+[[vary]]
+name = "density"
+keys = ["materials.ice.density"]
+values = ["900 kg/m^3", "1000 kg/m^3", "1100 kg/m^3", "1200 kg/m^3"]
+[[vary]]
+name = "end"
+keys = ["case.duration"]
+values = ["10 ms", "20 ms"]
+)");
+  const Outcome o = folder.firn({"sweep", "screen.toml", "-o", "out", "--json"});
+  ASSERT_EQ(o.status, 0) << o.err;
+  const json result = json::parse(o.out), mass = result["effects"]["present_mass"];
+  EXPECT_LE(result["combinations"].size(), 16u);
+  EXPECT_EQ(mass.size(), 3u);
+  EXPECT_NEAR(mass["density"]["mean_absolute"], 300 * 2 * 8e-6, 1e-9);
+  EXPECT_NEAR(mass["density"]["mean"], 300 * 2 * 8e-6, 1e-9);
+  EXPECT_EQ(mass["friction"]["mean_absolute"], 0);
+  EXPECT_EQ(mass["friction"]["count"], 4);
+  EXPECT_EQ(mass["friction"]["noise"], 0);
+  EXPECT_FALSE(result.contains("powers"));
+  const Outcome table = folder.firn({"sweep", "screen.toml", "-o", "out", "--progress", "none"});
+  ASSERT_EQ(table.status, 0) << table.err;
+  EXPECT_THAT(table.out, HasSubstr("present_mass kg, change over the range of a factor:"));
+  EXPECT_THAT(table.out, testing::ContainsRegex("density +0\\.0048 +0\\.0048 to 0\\.0048"));
+  const std::string page = read_text(folder.path() / "out/report.html");
+  EXPECT_THAT(page, HasSubstr("Which factor matters"));
+  EXPECT_THAT(page, HasSubstr("Effects on present mass"));
+}
+
+TEST(SweepCommand, TakesMaterialRecordsAsValues) {
+  const Sweep folder;
+  folder.write("records.toml", R"([sweep]
+name = "records"
+case = "case.toml"
+responses = ["peak_normal_force"]
+[[vary]]
+name = "ice"
+materials = ["paper-text", "paper-table-1"]
+)");
+  const Outcome o = folder.firn({"sweep", "records.toml", "--progress", "none", "--json"});
+  ASSERT_EQ(o.status, 0) << o.err;
+  const json result = json::parse(o.out);
+  ASSERT_EQ(result["combinations"].size(), 2u);
+  EXPECT_EQ(result["combinations"][1]["values"]["ice"], "paper-table-1");
+  EXPECT_NE(result["runs"][0]["key"], result["runs"][1]["key"]);
+}
+
 TEST(SweepCommand, RefusesInOneLine) {
   const Sweep folder;
   const auto refused = [&](const char* part, const char* other, const char* says) {
@@ -158,6 +219,12 @@ TEST(SweepCommand, RefusesInOneLine) {
   refused("\"present_mass\"", "\"present mass\"", "is no operand");
   refused("\"present_mass\"", "\"absent_mass\"", "is no response");
   refused("name = \"friction\"", "name = \"density\"", "is taken already");
+  refused("seeds = 2", "seeds = 2\ndesign = \"morris\"", "expected an even number of levels");
+  refused("seeds = 2", "seeds = 2\ntrajectories = 5", "needs `design = \"morris\"`");
+  refused("seeds = 2", "seeds = 2\ndesign = \"random\"", "expected one of grid, list, morris");
+  refused("values = [0.1, 0.2, 0.3]", "values = [0.1]\nmaterials = [\"ice\"]",
+          "expected either keys and values, or materials");
+  refused("values = [\"900 kg/m^3\", \"1800 kg/m^3\"]\n", "", "is missing");
 }
 
 }  // namespace

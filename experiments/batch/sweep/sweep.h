@@ -5,17 +5,27 @@
 #include <string>
 #include <vector>
 
+#include "experiments/analysis/elementary_effects.h"
 #include "experiments/analysis/power_law.h"
 #include "experiments/batch/batch_folder.h"
 #include "experiments/case/case.h"
 
 namespace firn {
 
-// A varied quantity: its name, the case keys that it sets, and its values as TOML.
+// A varied quantity: its name, the case keys that it sets, and its values as TOML. Without keys,
+// its values are material records.
 struct SweptKey {
   std::string name;
   std::vector<std::string> keys;
   std::vector<std::string> values;
+
+  bool is_material() const { return keys.empty(); }
+};
+
+enum class SweepDesign {
+  grid,   // all combinations
+  list,   // the k-th values of all quantities together
+  morris  // trajectories of a screening
 };
 
 struct Sweep {
@@ -26,14 +36,19 @@ struct Sweep {
   std::vector<std::string> responses;  // expressions; empty: all responses of one value
   std::vector<std::uint64_t> seeds;
   std::vector<SweptKey> vary;
-  bool grid = true;  // true: all combinations; false: the k-th values of all quantities together
+  SweepDesign design = SweepDesign::grid;
+  ScreeningDesign screening;  // of SweepDesign::morris; its factors are `vary`
   int threads = 1;
   Execution execution;
 
   std::size_t combinations() const;
-  // Values of a combination [vary]; the last quantity varies fastest.
+  // Values of a combination [vary]; in a grid, the last quantity varies fastest.
   std::vector<std::string> values(std::size_t combination) const;
+  std::string label(std::size_t combination) const;  // "friction=0.1 density=900 kg/m^3"
 };
+
+// A TOML value as people write it: strings without their quotes.
+std::string plain_value(const std::string& value);
 
 // Throws InputError with one line `FILE:LINE: KEY: FAULT; EXPECTATION`.
 Sweep read_sweep(const std::string& file);
@@ -68,9 +83,20 @@ struct SweptPower {
   std::string response;
   PowerLaw law;
 };
-// Power laws of the means over seeds. Empty unless exactly one quantity is varied, over numbers
-// above 0 with or without units. Responses that are not above 0 everywhere are omitted.
+// Power laws of the means over seeds. Empty unless exactly one quantity is varied in a grid or a
+// list, over numbers above 0 with or without units. Responses that are not above 0 everywhere are
+// omitted.
 std::vector<SweptPower> powers(const SweepResult& result);
+
+// Effects of the varied quantities on a response, by a screening.
+struct ScreenedResponse {
+  std::string response;
+  std::vector<ElementaryEffects> effects;  // [vary]
+  // [vary] mean absolute effect by the scatter over seeds alone; empty with one seed.
+  std::vector<double> noise;
+};
+// [responses] Of the means over seeds. Empty for other designs.
+std::vector<ScreenedResponse> screened_responses(const SweepResult& result);
 
 std::string render_table(const SweepResult& result);  // as text: means and scatter
 std::string render_json(const SweepResult& result);

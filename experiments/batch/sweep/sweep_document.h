@@ -45,6 +45,24 @@ struct SweepDocument {
       f.required("standard_error", standard_error);
     }
   };
+  // Elementary effects of one factor on one response, in units of the response over the whole range
+  // of the factor. NaN: undefined.
+  struct Effect {
+    double mean_absolute = 0;
+    std::pair<double, double> interval_95;  // of mean_absolute
+    double mean = 0, standard_deviation = 0;
+    double noise = 0;  // mean absolute effect that the scatter over seeds alone gives
+    int count = 0;     // of effects
+    template <class Fields>
+    void fields(Fields& f) {
+      f.required("mean_absolute", mean_absolute);
+      f.required("interval_95", interval_95);
+      f.required("mean", mean);
+      f.required("standard_deviation", standard_deviation);
+      f.required("noise", noise);
+      f.required("count", count);
+    }
+  };
   struct Run {
     std::size_t combination = 0;
     std::uint64_t seed = 0;
@@ -69,7 +87,8 @@ struct SweepDocument {
   std::string name, case_file;
   std::vector<NamedResponse> responses;
   std::vector<Combination> combinations;
-  NamedValues<Power> powers;  // by response
+  NamedValues<Power> powers;                 // by response
+  NamedValues<NamedValues<Effect>> effects;  // by response and factor, the most important first
   std::vector<Run> runs;
   template <class Fields>
   void fields(Fields& f) {
@@ -79,6 +98,7 @@ struct SweepDocument {
     f.required("responses", responses);
     f.optional("combinations", combinations);
     f.optional("powers", powers);
+    f.optional("effects", effects);
     f.optional("runs", runs);
   }
 };

@@ -39,6 +39,18 @@ constexpr const char* kResults = R"({
    "values": [null, null], "results_file": "b.h5"}]
 })";
 
+// The same with the effects of a screening.
+test::Json screened() {
+  test::Json j = test::Json::parse(kResults);
+  j.erase("powers");
+  j["effects"] = test::Json::parse(R"({"peak_force": {
+    "kind": {"mean_absolute": 91.2, "interval_95": [70.5, 112], "mean": -3.25,
+             "standard_deviation": 12, "noise": 4.5, "count": 4},
+    "modulus": {"mean_absolute": 2, "interval_95": [null, null], "mean": 2,
+                "standard_deviation": null, "noise": null, "count": 1}}})");
+  return j;
+}
+
 class SweepPage : public ResultsFolder {
  protected:
   std::string file(const std::string& text) const {
@@ -57,6 +69,16 @@ TEST_F(SweepPage, HasPlotsATableAndWhatFailed) {
     EXPECT_THAT(html, HasSubstr(part)) << part;
   EXPECT_THAT(html, Not(HasSubstr("peak_force")));  // words, not keys
   EXPECT_THAT(html, Not(HasSubstr("href=\"http")));
+}
+
+TEST_F(SweepPage, RanksTheFactorsOfAScreening) {
+  const std::string html = sweep_page(file(screened().dump())).html();
+  for (const char* part :
+       {"Which factor matters", "Effects on peak force", "peak force depends most on kind",
+        "70.5 to 112", "mean absolute effect on peak force / N", "noise"})
+    EXPECT_THAT(html, HasSubstr(part)) << part;
+  EXPECT_THAT(html, Not(HasSubstr("peak force over modulus")));
+  EXPECT_THAT(html, Not(HasSubstr("nan")));
 }
 
 // A curve for each choice of the other keys; many of them are points.
@@ -94,15 +116,15 @@ TEST_F(SweepPage, RefusesWhatIsNoResult) {
 }
 
 TEST_F(SweepPage, TakesOrRefusesWhatIsDamaged) {
-  test::damage(test::Json::parse(kResults), 60,
-               [&](const std::string& text) { sweep_page(file(text)).html(); });
+  for (const test::Json& whole : {test::Json::parse(kResults), screened()})
+    test::damage(whole, 60, [&](const std::string& text) { sweep_page(file(text)).html(); });
 }
 
 class SweepPageLong : public SweepPage {};
 
 TEST_F(SweepPageLong, TakesOrRefusesAllThatIsDamaged) {
-  test::damage(test::Json::parse(kResults), 0,
-               [&](const std::string& text) { sweep_page(file(text)).html(); });
+  for (const test::Json& whole : {test::Json::parse(kResults), screened()})
+    test::damage(whole, 0, [&](const std::string& text) { sweep_page(file(text)).html(); });
 }
 
 }  // namespace

@@ -179,8 +179,8 @@ TEST(Beam, TurningBothBodiesTogetherChangesNothing) {
     const Vec3 shift(0.1, -0.2, 0.3);
     const BeamPose after = pose_of(law, bond, at(all * a.position + shift, all * a.orientation),
                                    at(all * b.position + shift, all * b.orientation));
-    EXPECT_NEAR((after.way - before.way).norm(), 0, 1e-15) << angle;
-    EXPECT_NEAR((after.turn - before.turn).norm(), 0, 1e-13) << angle;
+    EXPECT_NEAR((after.displacement - before.displacement).norm(), 0, 1e-15) << angle;
+    EXPECT_NEAR((after.rotation - before.rotation).norm(), 0, 1e-13) << angle;
   }
 }
 
