@@ -431,17 +431,18 @@ FlatSurfaces find_flat_surfaces(const std::vector<ConvexPart>& parts) {
   return out;
 }
 
-void extend_to_surfaces(const ConvexPart& a, const ConvexPart* b, const Pose& b_in_a, double offset,
-                        double shell, const FlatSurface* surface_a, const FlatSurface* surface_b,
-                        Manifold& m) {
-  if (!b && m.feature_a.kind == ContactFeature::Kind::vertex) return;
+double extend_to_surfaces(const ConvexPart& a, const ConvexPart* b, const Pose& b_in_a,
+                          double offset, double shell, const FlatSurface* surface_a,
+                          const FlatSurface* surface_b, Manifold& m) {
+  constexpr double kNoEffect = std::numeric_limits<double>::infinity();
+  if (!b && m.feature_a.kind == ContactFeature::Kind::vertex) return kNoEffect;
   const ContactBasis frame(m.normal);
   const ProjectedPart view_a(a, frame);
   const double size = b ? pair_size(a, *b) : a.bounding_radius, radius_b = b ? b->radius : 0;
   const WholeRegion whole =
       b ? whole_region(view_a, ProjectedPart(*b, frame, b_in_a), m, surface_a, surface_b, size)
         : region_on_plane(view_a, m.feature_a, surface_a, -offset);
-  if (whole.corners.size() < (whole.swept ? 1u : 3u)) return;
+  if (whole.corners.size() < (whole.swept ? 1u : 3u)) return kNoEffect;
   Region region(static_cast<int>(whole.corners.size()) + a.vertex_count + (b ? b->vertex_count : 0),
                 size);
   for (std::size_t i = 0; i < whole.corners.size(); ++i)
@@ -452,7 +453,7 @@ void extend_to_surfaces(const ConvexPart& a, const ConvexPart* b, const Pose& b_
     compute_segment_weights(region, whole.swept->radius, a.radius + radius_b);
   } else {
     compute_polygon_weights(region);
-    if (!(region.area > std::pow(kEdgeWidth * size, 2))) return;
+    if (!(region.area > std::pow(kEdgeWidth * size, 2))) return kNoEffect;
   }
   const std::size_t own = static_cast<std::size_t>(region.count);
   if (!b) {
@@ -481,11 +482,17 @@ void extend_to_surfaces(const ConvexPart& a, const ConvexPart* b, const Pose& b_
     add_over(view_a, m.feature_a, view_b, m.feature_b, surface_b, true);
     add_over(view_b, m.feature_b, view_a, m.feature_a, surface_a, false);
   }
+  double least = kNoEffect;
+  for (int i = 0; i < region.count; ++i)
+    least = std::min(least, region.points[i].height_b - region.points[i].height_a);
+  least -= a.radius + radius_b;
+  if (!(least < shell) || least > m.gap + kLeastExtent * size) return kNoEffect;
   m.points.clear();
   m.outline.clear();
   m.centroid.setZero();
   const bool flat = !whole.swept && static_cast<std::size_t>(region.count) == own;
   emit_region(region, frame, a.radius, radius_b, shell, flat, m);
+  return least;
 }
 
 }  // namespace firn

@@ -97,8 +97,11 @@ void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double she
 
 // Replaces the region of two parts by that of the whole surfaces on which they meet: their contact
 // does not depend on how a plane surface is cut. Null: a feature without one. `b` null: the plane
-// `offset` of collide_plane(). The manifold must come from the same parts and pose.
-void extend_to_surfaces(const ConvexPart& a, const ConvexPart* b, const Pose& b_in_a, double offset,
+// `offset` of collide_plane(). The manifold must come from the same parts and pose. Without effect
+// where the parts touch at a border of a surface, beyond the region of the surfaces: this region
+// would be less deep than the contact. Returns the smallest gap of the region, m; infinite: no
+// effect.
+double extend_to_surfaces(const ConvexPart& a, const ConvexPart* b, const Pose& b_in_a, double offset,
                         double shell, const FlatSurface* surface_a, const FlatSurface* surface_b,
                         Manifold& manifold);
 

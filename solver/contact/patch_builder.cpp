@@ -242,9 +242,11 @@ void make_patch(const PatchInput& in, PatchScratch& scratch, int g, FoundPatches
     const std::span<const int> alike(rest.begin(), others);
     scratch.hull.clear();
     if (alike.size() > 1) hull_of_flat(in, alike, scratch.hull);
+    const bool has_hull = std::ranges::any_of(
+        scratch.hull, [shell](const ManifoldPoint& p) { return p.gap < shell; });
     for (const ManifoldPoint& p : scratch.hull) add(p);
     for (const int i : alike) {
-      if (!scratch.hull.empty()) break;
+      if (has_hull) break;
       for (const ManifoldPoint& p : in.contacts[i].manifold.points) add(p);
     }
     rest.erase(rest.begin(), others);
@@ -263,6 +265,10 @@ void make_patch(const PatchInput& in, PatchScratch& scratch, int g, FoundPatches
     sum += points[i].stiffness_fraction * d;
     square += points[i].stiffness_fraction * d * d;
     center += points[i].stiffness_fraction * d * points[i].offset;
+  }
+  if (!(sum > 0) || !(normal.squaredNorm() > 0)) {  // nothing within the margin that has an area
+    out.points.resize(patch.first_point);
+    return;
   }
   center /= sum;
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {

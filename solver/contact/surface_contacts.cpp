@@ -1,12 +1,16 @@
 #include "solver/contact/surface_contacts.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
+
+#include "solver/collision/contact_region.h"
 
 namespace firn {
 namespace {
 
-using Kind = ContactFeature::Kind;
+constexpr double kNoRegion = std::numeric_limits<double>::infinity();
+constexpr double kCovered = 1e-3;  // of the shell: a contact is as deep as a region but for this
 
 // Surfaces of the features of a contact; -1: none.
 struct Surfaces {
@@ -68,35 +72,55 @@ bool is_better(const SurfacePair& pair, const SurfaceContact& c, const SurfaceCo
 
 std::size_t join_surface_contacts(const SurfacePair& pair, std::vector<PartContact>& contacts,
                                   std::size_t count) {
-  std::size_t kept = 0;
+  // Contacts of one place: the best one is moved to the front, its number is the set of the others.
+  Scratch<std::size_t> storage(static_cast<int>(count));
+  std::size_t* const set = storage.data();
+  std::size_t best = 0;  // contacts at the front
   for (std::size_t i = 0; i < count; ++i) {
     const Surfaces own = surfaces_of(pair, contacts[i]);
     bool joined = false;
-    for (std::size_t k = 0; k < kept && !joined; ++k) {
+    for (std::size_t k = 0; k < best && !joined; ++k) {
       PartContact& other = contacts[k];
       if (!is_same_place(contacts[i], own, other, surfaces_of(pair, other))) continue;
       joined = true;
+      set[i] = k;
       if (is_better(pair, {contacts[i].manifold, own}, {other.manifold, surfaces_of(pair, other)}))
         std::swap(contacts[i], other);
       other.other_a |= contacts[i].other_a | part_bit(contacts[i].a);
       other.other_b |= contacts[i].other_b | part_bit(contacts[i].b);
     }
     if (joined) continue;
-    if (kept != i) std::swap(contacts[kept], contacts[i]);
-    ++kept;
+    if (best != i) {
+      std::swap(contacts[best], contacts[i]);
+      set[i] = set[best];
+    }
+    ++best;
   }
-  for (std::size_t k = 0; k < kept; ++k) {
-    PartContact& c = contacts[k];
+  const auto extend = [&](PartContact& c) {
     const Surfaces own = surfaces_of(pair, c);
-    if (own.a < 0 && own.b < 0) continue;
+    if (own.a < 0 && own.b < 0) return kNoRegion;
     const auto surface = [](const FlatSurfaces& all, int number) {
       return number < 0 ? nullptr : &all.surfaces[static_cast<std::size_t>(number)];
     };
-    extend_to_surfaces(
+    return extend_to_surfaces(
         pair.parts_a[static_cast<std::size_t>(c.a)],
         pair.parts_b.empty() ? nullptr : &pair.parts_b[static_cast<std::size_t>(c.b)], pair.b_in_a,
         pair.plane_offset, pair.shell, surface(pair.surfaces_a, own.a),
         surface(pair.surfaces_b, own.b), c.manifold);
+  };
+  Scratch<double> gaps(static_cast<int>(best));  // m, least one of the region of the surfaces
+  double* const region_gap = gaps.data();
+  for (std::size_t k = 0; k < best; ++k) region_gap[k] = extend(contacts[k]);
+  // What is deeper than the region of its surfaces lies beyond it, at a border of the surface, and
+  // is a contact of its own. Where a surface has no region yet, it may have that of the next one.
+  std::size_t kept = best;
+  for (std::size_t i = best; i < count; ++i) {
+    double& gap = region_gap[set[i]];
+    const bool is_covered = contacts[i].manifold.gap >= gap - kCovered * pair.shell;
+    if (is_covered) continue;
+    if (gap == kNoRegion) gap = extend(contacts[i]);
+    if (kept != i) std::swap(contacts[kept], contacts[i]);
+    ++kept;
   }
   return kept;
 }

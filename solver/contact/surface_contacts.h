@@ -19,7 +19,8 @@ struct SurfacePair {
 };
 
 // Replaces the contacts of each pair of surfaces among the first `count` by one contact with the
-// region of all of them. Moves the remaining contacts to the front and returns their number.
+// region of all of them. A contact at a border of a surface that is deeper than this region stays.
+// Moves the remaining contacts to the front and returns their number.
 std::size_t join_surface_contacts(const SurfacePair& pair, std::vector<PartContact>& contacts,
                                   std::size_t count);
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -248,6 +249,150 @@ TEST(FlatSurface, APlaneABoxAndACutFloorHaveTheSamePoints) {
     }
   }
   EXPECT_GT(many, 200);
+}
+
+// m, smallest gap of the points; infinite without any.
+double least_gap(const Manifold& m) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const ManifoldPoint& p : m.points) least = std::min(least, p.gap);
+  return least;
+}
+
+// The contacts of a body on a floor are as deep as its parts are, and make patches that can be
+// computed. Returns the number of contacts.
+std::size_t expect_sound_contacts(const ConvexPart& part, const CellFloor& floor,
+                                  const FlatSurfaces& surfaces, const Pose& b_in_a, int member) {
+  double deepest = std::numeric_limits<double>::infinity();
+  for (const ConvexPart& b : floor.parts) {
+    GjkCache cold;
+    Manifold m;
+    collide(part, b, b_in_a, kShell, cold, m);
+    if (!m.points.empty()) deepest = std::min(deepest, least_gap(m));
+  }
+  const std::vector<PartContact> contacts = contacts_of(part, floor.parts, surfaces, b_in_a);
+  if (contacts.empty()) return 0;
+  double joined = std::numeric_limits<double>::infinity();
+  for (const PartContact& c : contacts) {
+    EXPECT_FALSE(c.manifold.points.empty()) << "member " << member;
+    joined = std::min(joined, least_gap(c.manifold));
+  }
+  EXPECT_LE(joined, deepest + 1e-3 * kShell) << "member " << member;
+  PairLaw law;
+  law.stiffness = 1e5;
+  law.contact_margin = kShell;
+  law.match_distance = law.merge_distance = 1e-6;
+  law.late_overlap = law.overlap_limit = 1;
+  const std::vector<std::uint64_t> alone{1};
+  PatchScratch scratch;
+  FoundPatches found;
+  build_patches({.law = law,
+                 .rotation_a = Mat3::Identity(),
+                 .contacts = contacts,
+                 .neighbors_a = alone,
+                 .neighbors_b = {},
+                 .old_patches = {}},
+                scratch, found);
+  EXPECT_FALSE(found.patches.empty()) << "member " << member;
+  for (const Patch& patch : found.patches) {
+    EXPECT_GT(patch.point_count, 0) << "member " << member;
+    EXPECT_NEAR(patch.normal.norm(), 1, 1e-12) << "member " << member;
+    EXPECT_TRUE(patch.arm.allFinite()) << "member " << member;
+    EXPECT_TRUE(std::isfinite(patch.torsion_radius)) << "member " << member;
+    for (std::uint32_t k = 0; k < patch.point_count; ++k)
+      EXPECT_GT(found.points[patch.first_point + k].stiffness_fraction, 0) << "member " << member;
+  }
+  return contacts.size();
+}
+
+// At rims, holes and corners of a floor, from above and from the side, any way up.
+TEST(FlatSurface, ContactsAtBordersKeepTheirDepth) {
+  Random random(14);
+  constexpr int kMembers = 6000, kOfOneFloor = 200;
+  std::size_t contacts = 0;
+  CellFloor floor(random);
+  FlatSurfaces surfaces = find_flat_surfaces(floor.parts);
+  for (int member = 0; member < kMembers; ++member) {
+    if (member % kOfOneFloor == 0) {
+      floor = CellFloor(random);
+      surfaces = find_flat_surfaces(floor.parts);
+    }
+    const ConvexPart part = random_part(random);
+    const auto at_line = [&](const double(&lines)[CellFloor::kCells + 1]) {
+      return random.below(2) == 0
+                 ? random.uniform(-0.2, 0.2)
+                 : lines[random.below(CellFloor::kCells + 1)] + random.uniform(-8e-3, 8e-3);
+    };
+    Vec3 center(at_line(floor.x), at_line(floor.y), random.uniform(0, 20e-3));
+    const Vec3 down =
+        part.faces[static_cast<std::size_t>(random.below(static_cast<int>(part.faces.size())))]
+            .normal;
+    const Mat3 tilted =
+        Eigen::AngleAxisd(random.uniform(-0.5, 0.5), random.direction()).toRotationMatrix() *
+        Quat::FromTwoVectors(down, Vec3(-Vec3::UnitZ())).toRotationMatrix();
+    const Mat3 turn = member % 4 == 0 ? random.rotation() : tilted;
+    // Moved along the normal of the nearest part until they overlap by so much.
+    const double depth = random.uniform(0, member % 2 == 0 ? 5e-6 : 50e-6);
+    Pose b_in_a;
+    for (int pass = 0; pass < 4; ++pass) {
+      b_in_a = {turn.transpose(), -(turn.transpose() * center)};
+      Manifold nearest;
+      nearest.gap = std::numeric_limits<double>::infinity();
+      for (const ConvexPart& b : floor.parts) {
+        GjkCache cold;
+        Manifold m;
+        collide(part, b, b_in_a, 1, cold, m);
+        if (m.gap < nearest.gap) nearest = m;
+      }
+      if (pass < 3) center += (nearest.gap + depth) * (turn * nearest.normal);
+    }
+    contacts += expect_sound_contacts(part, floor, surfaces, b_in_a, member);
+  }
+  EXPECT_GT(contacts, 5000u);
+}
+
+// A flat prism on the rim of a hole: its lowest corner hardly misses the floor, and its face leans
+// over the hole to what is beyond.
+TEST(FlatSurface, ACornerAtTheRimOfAHoleBears) {
+  Random random(15);
+  constexpr int kMembers = 20000, kOfOneFloor = 500;
+  std::size_t contacts = 0;
+  CellFloor floor(random);
+  FlatSurfaces surfaces = find_flat_surfaces(floor.parts);
+  for (int member = 0; member < kMembers; ++member) {
+    if (member % kOfOneFloor == 0) {
+      floor = CellFloor(random);
+      surfaces = find_flat_surfaces(floor.parts);
+    }
+    const int i = random.below(CellFloor::kCells - 1), k = random.below(CellFloor::kCells);
+    const bool left = floor.is_solid(i, k), right = floor.is_solid(i + 1, k);
+    if (left == right) continue;
+    std::vector<HalfSpace> planes{{Vec3::UnitZ(), 3e-3, false}, {-Vec3::UnitZ(), 3e-3, false}};
+    const int sides = 5 + random.below(20);
+    const double radius = random.uniform(10e-3, 50e-3);
+    for (int side = 0; side < sides; ++side) {
+      const double angle = 2 * M_PI * (side + random.uniform(-0.2, 0.2)) / sides;
+      planes.push_back({Vec3(std::cos(angle), std::sin(angle), 0), radius, false});
+    }
+    const ConvexPart part = convex_part(planes, random.uniform(0.2e-3, 1e-3));
+    const double tilt = random.uniform(0.01, 0.42), yaw = random.uniform(0, 2 * M_PI);
+    const Mat3 turn = (Eigen::AngleAxisd(random.uniform(0, 2 * M_PI), Vec3::UnitZ()) *
+                       Eigen::AngleAxisd(tilt, Vec3(std::cos(yaw), std::sin(yaw), 0)))
+                          .toRotationMatrix();
+    Vec3 corner = turn * part.vertex(0);
+    for (int v = 1; v < part.vertex_count; ++v) {
+      const Vec3 other = turn * part.vertex(v);
+      if (other.z() < corner.z()) corner = other;
+    }
+    // m: the corner's distance from the rim, and its height over it.
+    const double aside = std::pow(10, random.uniform(-9, -5)), depth = random.uniform(0, 5e-6);
+    const double height = std::sqrt(std::pow(part.radius - depth, 2) - aside * aside);
+    const Vec3 place(floor.x[i + 1] + (left ? aside : -aside),
+                     random.uniform(floor.y[k], floor.y[k + 1]), height);
+    const Vec3 center = place - corner;
+    contacts += expect_sound_contacts(part, floor, surfaces,
+                                      {turn.transpose(), -(turn.transpose() * center)}, member);
+  }
+  EXPECT_GT(contacts, 4000u);
 }
 
 }  // namespace
