@@ -22,7 +22,7 @@ constexpr double agreement = 2;
 constexpr int sobol_samples = 2048;
 
 // By the pooled noise and this sample's own spread, each with its degrees of freedom; where the
-// noise is not uniform, this sample among them, by that of the neighbourhood if it is larger: few
+// noise is not uniform, this sample among them, by that of the neighborhood if it is larger: few
 // seeds that happen to agree are no proof of a quiet place.
 double standard_error(const ResponseModels* fitted, const ResponseId& response, const VectorXd& u,
                       const Sample& s) {

@@ -1,5 +1,5 @@
 # Run at every build (cmake -P): writes OUTPUT, and touches it only when the answer changed.
-# Takes SOURCE_DIR, VERSION, BUILD_FACTS (a file), OUTPUT.
+# Takes SOURCE_DIR, VERSION, BUILD_FACTS (a file), OUTPUT; LIST (a file) if its sources are asked for.
 execute_process(COMMAND git --no-optional-locks -c safe.directory=* -C ${SOURCE_DIR} describe --always --dirty --abbrev=12 --exclude=*
   OUTPUT_VARIABLE commit OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET RESULT_VARIABLE failed)
 if(failed)
@@ -14,7 +14,10 @@ file(GLOB_RECURSE sources ${SOURCE_DIR}/solver/*.cpp ${SOURCE_DIR}/solver/*.h
   ${SOURCE_DIR}/experiments/*.cpp ${SOURCE_DIR}/experiments/*.h)
 # Neither do processes, and what evaluates the responses of finished runs.
 list(FILTER sources EXCLUDE REGEX
-  "/experiments/(batch/|system/process[.]|responses/response_expression[.]|analysis/power_law[.])")
+  "/experiments/(batch/|system/process[.]|responses/response_expression[.]|analysis/(power_law|elementary_effects)[.])")
+if(DEFINED LIST)  # of the files that take part
+  file(WRITE ${LIST} "${sources}")
+endif()
 list(LENGTH sources count)
 if(count LESS 100)
   message(FATAL_ERROR "write_version.cmake found ${count} sources under ${SOURCE_DIR}, expected at least 100: "

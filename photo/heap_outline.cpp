@@ -206,7 +206,7 @@ RectifiedLedge::RectifiedLedge(const Photograph& photo, const Photograph* backgr
     : place_(fmt::format("{}: slope \"{}\": ", photo.file, ledge.name)),
       ledge_(ledge),
       particle_size_(setup.particle_size) {
-  // Pixels of a metre of the wall, where they are most.
+  // Pixels of a meter of the wall, where they are most.
   double finest = 0, coarsest = INFINITY;
   for (const double s : {0.0, ledge.length()}) {
     for (const double z : {0.0, setup.height}) {

@@ -61,7 +61,7 @@ std::vector<WallCamera> possible_cameras(const PhotoSetup& setup, const Lens& le
 }
 
 void check_corners(const PhotoSetup& setup, const Photograph& photo, const WallCamera& camera) {
-  double scale = 0;  // pixels of a metre, in the mean
+  double scale = 0;  // pixels of a meter, in the mean
   for (const WallPoint& c : setup.corners) {
     if (c.pixel.x() < 0 || c.pixel.y() < 0 || c.pixel.x() > photo.width ||
         c.pixel.y() > photo.height) {

@@ -75,7 +75,7 @@ void resize(const Model& model, State& s) {
   s.turn.resize(n + b, 0);
   s.margin.resize(n + b, 0);
   s.rebuild_distance.resize(n + b, 0);
-  s.presence.resize(n, Presence::waiting);
+  s.presence.resize(n, Presence::pending);
   s.peak_normal_force.resize(n, 0);
   s.boundary_present.resize(b, 1);
   s.boundary_impulse.resize(b, Vec3::Zero());
@@ -123,7 +123,7 @@ void Solver::step_deferred() {
   i.timed("advance boundaries", [&] { advance_boundaries(m, w, s); });
   const bool both = std::exchange(i.half_kick_pending, false);
   i.timed("kicks and drift", [&] { k.integrate_positions(m, w, s, both); });
-  i.timed("neighbour list", [&] { k.update_neighbor_list(m, w, s); });
+  i.timed("neighbor list", [&] { k.update_neighbor_list(m, w, s); });
   i.timed("find contacts", [&] { k.find_contacts(m, w, s); });
   i.timed("contact forces", [&] { k.contact_forces(m, w, s); });
   if (!m.boundary_contacts.empty())
@@ -146,8 +146,8 @@ void Solver::insert(int particle, const Vec3& center_of_mass, const Quat& orient
   impl_->complete_step();
   State& s = impl_->state;
   if (particle < 0 || particle >= static_cast<int>(s.presence.size()) ||
-      s.presence[particle] != Presence::waiting) {
-    throw std::logic_error(fmt::format("particle {} is not waiting to be placed", particle));
+      s.presence[particle] != Presence::pending) {
+    throw std::logic_error(fmt::format("particle {} is not pending", particle));
   }
   const Shape& shape = impl_->model.shapes[impl_->model.particles[particle].shape];
   BodyMotion& m = s.motion[particle];
@@ -181,7 +181,7 @@ void Solver::remove_particle(int particle) {
   s.removed_energy += particle_energy(impl_->model, impl_->workspace, s, particle) +
                       bond_energy_of(impl_->model, impl_->workspace.bonds, s, particle);
   release_bonds(impl_->model, impl_->workspace.bonds, s, particle);
-  s.presence[particle] = Presence::left;
+  s.presence[particle] = Presence::removed;
   s.neighbor_list_invalid = true;
   impl_->changed();
 }

@@ -95,7 +95,7 @@ int write_union(const ShapeArguments& a, const TriangleMesh& mesh, const MeshDef
   if (a.json)
     print_json(
         {{"file", a.file},
-         {"sound", false},
+         {"watertight", false},
          {"defects", defects_json(defects, conflicts)},
          {"union",
           {{"file", a.united}, {"triangles", united.triangles.size()}, {"volume", volume}}}});
@@ -121,7 +121,7 @@ int print_unsound(const ShapeArguments& a, const TriangleMesh& mesh, const MeshD
     print_json({{"file", a.file},
                 {"triangles", mesh.triangles.size()},
                 {"vertices", mesh.vertices.size()},
-                {"sound", false},
+                {"watertight", false},
                 {"defects", defects_json(defects, conflicts)},
                 {"repair", repair_json(repair)}});
   } else {

@@ -139,7 +139,7 @@ std::string audit_text(const Case& c, const ContactSelection& choice, const Cont
   if (!now.balance) return text;
   const ForceBalance& b = *now.balance;
   text += fmt::format("{} contact{} forces {} N + weight {} N = {} N\n",
-                      choice.other < 0 ? "all" : "with all neighbours,",
+                      choice.other < 0 ? "all" : "with all neighbors,",
                       model.bonds.empty() ? "" : " and bond", vector_text(b.contacts),
                       vector_text(b.weight), vector_text(b.contacts + b.weight));
   text += fmt::format("mass x acceleration over the next step: {} N\n",
@@ -153,7 +153,7 @@ std::string audit_text(const Case& c, const ContactSelection& choice, const Cont
 std::string summary_text(const Case& c, const ContactSnapshot& now) {
   const ContactSummary& s = now.summary;
   std::string text = head_text(c, now);
-  text += fmt::format("{} particles present, {} touched by nothing; {:.2f} neighbours each\n",
+  text += fmt::format("{} particles present, {} touched by nothing; {:.2f} neighbors each\n",
                       s.present, s.unsupported, s.neighbors);
   text += fmt::format("{} pairs touch in {} patches with {} points; {} patches more are near\n",
                       s.pairs, s.patches, s.points, s.non_touching_patches);

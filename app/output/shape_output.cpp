@@ -65,7 +65,7 @@ std::string shape_table(const Shape& s) {
   table += row("bounding box", mm_text(s.box));
   table += row("volume", fmt::format("{:.6g} cm^3", s.volume * 1e6));
   table += row("mass", fmt::format("{:.6g} g", s.mass * 1e3));
-  table += row("centre of mass", fmt::format("{:.4f} {:.4f} {:.4f} mm", s.centroid.x() * 1e3,
+  table += row("center of mass", fmt::format("{:.4f} {:.4f} {:.4f} mm", s.centroid.x() * 1e3,
                                              s.centroid.y() * 1e3, s.centroid.z() * 1e3));
   table += row("principal inertia", fmt::format("{:.6g} {:.6g} {:.6g} kg mm^2", s.inertia.x() * 1e6,
                                                 s.inertia.y() * 1e6, s.inertia.z() * 1e6));
@@ -79,8 +79,8 @@ std::string shape_table(const Shape& s) {
   table +=
       row("contact deviation",
           fmt::format(
-              "{} mm, {} % of the smallest edge: {}", number_text(s.contact_deviation * 1e3),
-              number_text(100 * s.contact_deviation / s.box.minCoeff(), 3), s.deviation_reason));
+              "{} mm, {} % of the smallest edge: {}", number_text(s.surface_deviation * 1e3),
+              number_text(100 * s.surface_deviation / s.box.minCoeff(), 3), s.deviation_reason));
   table += row("L", fmt::format("{:.3f} mm, middle edge of the bounding box unless given",
                                 s.stiffness_length * 1e3));
   table += row("loading stiffness", fmt::format("{:.6g} N/m", s.stiffness));
@@ -97,7 +97,7 @@ Json shape_json(const Shape& s) {
           {"triangles", s.mesh.triangles.size()},
           {"vertices", s.mesh.vertices.size()},
           {"defects", defects_json(inspect(s.mesh), find_conflicts(s.mesh))},
-          {"sound", inspect(s.mesh).sound()},
+          {"watertight", inspect(s.mesh).sound()},
           {"bounding_box", {{"min", vector_json(low)}, {"max", vector_json(high)}}},
           {"box", vector_json(s.box)},
           {"volume", s.volume},
@@ -109,10 +109,10 @@ Json shape_json(const Shape& s) {
           {"convex_parts", parts},
           {"rounding", s.rounding},
           {"thinnest_part", thinnest_part(s)},
-          {"surface_deviation", s.contact_deviation},
-          {"deviation_relative", s.contact_deviation / s.box.minCoeff()},
+          {"surface_deviation", s.surface_deviation},
+          {"deviation_relative", s.surface_deviation / s.box.minCoeff()},
           {"deviation_reason", s.deviation_reason},
-          {"size_for_stiffness", s.stiffness_length},
+          {"stiffness_length", s.stiffness_length},
           {"stiffness", s.stiffness}};
 }
 

@@ -14,7 +14,7 @@ namespace {
 int cell(double number) { return static_cast<int>(std::clamp(number, -1e9, 1e9)); }
 
 // Calls visit(i, j, z) for every cell whose middle lies on the triangle in plan. Corners in cell
-// units (x, y) and metres (z).
+// units (x, y) and meters (z).
 template <class Visit>
 void scan_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const PlanGrid& grid,
                    Visit&& visit) {

@@ -74,12 +74,13 @@ void export_contacts(const Recording& recording, const std::string& directory) {
       "[m],position_on_body_b.y [m],"
       "position_on_body_b.z [m],dissipated [J]");
   for (const ContactEvent& e : contact_events(recording)) {
-    std::string line = fmt::format("{},{},{},{},{}", e.start, e.duration, e.a,
-                                   body_name(e.b, recording.particle_count(), boundaries), e.lasts);
+    std::string line =
+        fmt::format("{},{},{},{},{}", e.start, e.duration, e.a,
+                    body_name(e.b, recording.particle_count(), boundaries), e.open_at_end);
     append(line, std::array{e.peak_normal_force, e.peak_time, e.peak_friction, e.normal_impulse,
                             e.tangential_impulse});
     append(line, std::span(e.impulse.data(), 3));
-    append(line, std::array{e.approach_normal, e.approach_tangential});
+    append(line, std::array{e.impact_velocity_normal, e.impact_velocity_tangential});
     for (const Vec3& v : {e.normal, e.position, e.position_on_a, e.position_on_b})
       append(line, std::span(v.data(), 3));
     csv.line(line + fmt::format(",{}", e.dissipated));

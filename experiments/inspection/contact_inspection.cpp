@@ -227,7 +227,7 @@ ContactSnapshot take_snapshot(const Solver& solver, const ContactSelection& choi
     if (presence != Presence::present)
       throw InputError(fmt::format(
           "{} {}: is not there at {:.6g} s, it {}; expected a particle that is present", option,
-          body, now.time, presence == Presence::left ? "has left" : "is still to come"));
+          body, now.time, presence == Presence::removed ? "has left" : "is still to come"));
   }
   for (std::size_t i = 0; i < model.particles.size(); ++i)
     now.shape_orientation.push_back(solver.shape_orientation(static_cast<int>(i)));

@@ -159,7 +159,7 @@ void write_contacts_csv(const Model& model, const std::vector<ContactView>& cont
 // Writes the contact points as vertices of a VTK file (.vtp), world axes, m. Vectors: force (N, the
 // normal force on the first body) and friction (N, of the patch, on the first body). Scalars:
 // normal_force, overlap (m; below 0: gap), stiffness_fraction, friction_mobilization, sliding,
-// body, neighbour and patch.
+// body, neighbor and patch.
 void write_contacts_vtk(const std::vector<ContactView>& contacts, const std::string& file);
 void write_history_csv(const std::vector<HistoryRow>& rows, const std::string& file);
 

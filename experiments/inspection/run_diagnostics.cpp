@@ -175,13 +175,13 @@ std::string deviation_warning(const Shape& shape, bool rounding_is_stated) {
   constexpr double kAllowed = 0.02, kStated = 0.05;  // of the smallest edge
   const bool by_rounding = shape.deviation_reason.starts_with("edges rounded");
   const double most = rounding_is_stated && by_rounding ? kStated : kAllowed;
-  const double relative = shape.contact_deviation / shape.box.minCoeff();
+  const double relative = shape.surface_deviation / shape.box.minCoeff();
   const bool needs_parts = shape.deviation_reason.starts_with("max_parts");
   if (relative <= most && !needs_parts) return {};
   return fmt::format(
       "shape {}: the contact parts deviate by {} mm from the mesh ({} % of the smallest "
       "edge; {}); {}",
-      shape.name, number_text(shape.contact_deviation * 1e3, 3), number_text(100 * relative, 3),
+      shape.name, number_text(shape.surface_deviation * 1e3, 3), number_text(100 * relative, 3),
       shape.deviation_reason,
       by_rounding ? "a smaller rounding reduces it" : "check with firn shape");
 }

@@ -215,7 +215,7 @@ void check_size(const std::string& file, const TriangleMesh& mesh, const MeshLim
       file, size, limits.smallest, limits.largest));
 }
 
-// As the file has them, in metres.
+// As the file has them, in meters.
 TriangleMesh triangles_of(const std::string& file, std::string_view bytes, double length_unit,
                           const MeshLimits& limits) {
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";

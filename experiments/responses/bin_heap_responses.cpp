@@ -68,7 +68,7 @@ void measure_heap(const Recording& recording, const Case& c, const Measure& m,
   };
   const Content content = content_of(recording, c, m);
   add("heap_count", static_cast<double>(content.placed.size()), 0, "1",
-      "particles whose centre of mass is in the bin in the last frame");
+      "particles whose center of mass is in the bin in the last frame");
   add("heap_mass", content.mass, 0, "kg", "their mass");
   if (content.placed.empty()) return;
 

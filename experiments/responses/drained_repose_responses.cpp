@@ -90,8 +90,8 @@ void add_remaining(std::vector<Response>& out, const DrainedHeap& heap) {
     (is_left ? count_left : count_right) += 1;
     (is_left ? mass_left : mass_right) += p.mass;
   }
-  const std::string method = "particles whose centre of mass never passed the floor's underside";
-  const std::string half = method + ", by the side of the centre of mass";
+  const std::string method = "particles whose center of mass never passed the floor's underside";
+  const std::string half = method + ", by the side of the center of mass";
   add(out, "remaining_count", count_left + count_right, 0, "1", method);
   add(out, "remaining_count_left", count_left, 0, "1", half);
   add(out, "remaining_count_right", count_right, 0, "1", half);
@@ -104,7 +104,7 @@ void add_discharge(std::vector<Response>& out, const DrainedHeap& heap) {
   const std::vector<double>& times = heap.discharge_times;
   const std::size_t n = times.size();
   add(out, "discharged_count", static_cast<double>(n), 0, "1",
-      "particles whose centre of mass passed the floor's underside");
+      "particles whose center of mass passed the floor's underside");
   if (n == 0) return;
   out.push_back({"discharge_curve", times, std::vector<double>(n, heap.time_resolution), "s",
                  "entry k: time after the opening at which k + 1 particles had passed", 1});

@@ -128,7 +128,7 @@ void measure_drum(const Recording& recording, const Case& c, const Measure& m,
       "mean over frames");
   const auto [leaning, leaning_error] = mean_of(mass);
   add("drum_mass_angle", sign * leaning, leaning_error,
-      "of the centre of mass about the drum's axis, from straight down; mean over frames");
+      "of the center of mass about the drum's axis, from straight down; mean over frames");
   double square = 0;
   for (const double s : surface) square += (s - angle) * (s - angle);
   add("drum_angle_scatter", std::sqrt(square / static_cast<double>(surface.size() - 1)),

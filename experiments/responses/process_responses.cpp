@@ -182,7 +182,7 @@ void add_sensor(const Recording& recording, const Sensor& sensor, const std::vec
   }
   const std::string name = sensor.name + "_";
   out.add(name + "count", {static_cast<double>(times.size())}, "1",
-          "particles whose centre has passed the sensor");
+          "particles whose center has passed the sensor");
   out.add(name + "mass", {total}, "kg", "their mass");
   if (!times.empty()) {
     const auto [first, last] = std::ranges::minmax(times);

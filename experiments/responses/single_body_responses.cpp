@@ -292,7 +292,7 @@ void measure_rebound(const Frames& frames, const Measure& m, const Vec3& gravity
           "part of the bodies that fell freely and landed");
   out.add("drop_height", drop, "m", "from the vertical speed at the first touch");
   out.add("rebound_height", rebound, "m",
-          "highest rise of the centre of mass in any flight after the first touch");
+          "highest rise of the center of mass in any flight after the first touch");
   out.add("restitution", restitution, "1",
           "vertical speed of the highest take-off over that of the first touch");
 }

@@ -26,8 +26,9 @@ constexpr EventColumn kEventColumns[] = {
     {"normal_impulse", "N s", [](ContactEvent& e) { return &e.normal_impulse; }},
     {"tangential_impulse", "N s", [](ContactEvent& e) { return &e.tangential_impulse; }},
     {"impulse", "N s", [](ContactEvent& e) { return e.impulse.data(); }, 3},
-    {"impact_velocity_normal", "m/s", [](ContactEvent& e) { return &e.approach_normal; }},
-    {"impact_velocity_tangential", "m/s", [](ContactEvent& e) { return &e.approach_tangential; }},
+    {"impact_velocity_normal", "m/s", [](ContactEvent& e) { return &e.impact_velocity_normal; }},
+    {"impact_velocity_tangential", "m/s",
+     [](ContactEvent& e) { return &e.impact_velocity_tangential; }},
     {"normal", "1", [](ContactEvent& e) { return e.normal.data(); }, 3},
     {"position", "m", [](ContactEvent& e) { return e.position.data(); }, 3},
     {"position_on_body_a", "m", [](ContactEvent& e) { return e.position_on_a.data(); }, 3},
@@ -117,7 +118,7 @@ void append_events(hdf5::File& file, std::vector<ContactEvent> events, std::size
   };
   append("body_a", [&](const ContactEvent& e) { return number_of_body(e.a, particles); });
   append("body_b", [&](const ContactEvent& e) { return number_of_body(e.b, particles); });
-  append("open_at_end", [](const ContactEvent& e) { return static_cast<double>(e.lasts); });
+  append("open_at_end", [](const ContactEvent& e) { return static_cast<double>(e.open_at_end); });
 }
 
 void append_interval(hdf5::File& file, const Case& c, const LoadInterval& interval) {
@@ -303,7 +304,7 @@ std::vector<ContactEvent> contact_events(const Recording& recording) {
     ContactEvent& e = events.emplace_back();
     e.a = bodies.of(body[i]);
     e.b = bodies.of(other[i]);
-    e.lasts = lasts[i] > 0;
+    e.open_at_end = lasts[i] > 0;
     for (std::size_t k = 0; k < columns.size(); ++k) {
       const std::size_t width = kEventColumns[k].width;
       std::copy_n(columns[k].begin() + static_cast<std::ptrdiff_t>(i * width), width,

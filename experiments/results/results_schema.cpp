@@ -24,7 +24,7 @@ constexpr Dataset kDatasets[] = {
     {"/particles/exit_time", always, "", real, "N", "s", R::non_negative_or_nan, "",
      "when an outlet removed the particle; NaN: never"},
     {"/particles/discharge_time", always, "", real, "N", "s", R::non_negative_or_nan, "",
-     "when the centre of mass was first below the floor's underside (drained angle of repose); "
+     "when the center of mass was first below the floor's underside (drained angle of repose); "
      "NaN: never",
      "/particles/door_time"},
     {"/particles/insert_time", newer, "", real, "N", "s", R::finite_or_nan, "",
@@ -35,7 +35,7 @@ constexpr Dataset kDatasets[] = {
     {"/particles/outlet", newer, "", integer, "N", "", R::index_or_none, "O",
      "index into `/outlets/name`; -1: none"},
     {"/particles/sensor_time", together, "/sensors/name", real, "G,N", "s", R::non_negative_or_nan,
-     "", "when its centre was first in each sensor of `/sensors/name`; NaN: never",
+     "", "when its center was first in each sensor of `/sensors/name`; NaN: never",
      "/particles/gate_time"},
     {"/particles/compressive_load", optional, "/statistics/boundary_name", real, "N", "N",
      R::non_negative, "", "largest load from two sides; 0: none ([statistics.md](statistics.md))",
@@ -56,7 +56,7 @@ constexpr Dataset kDatasets[] = {
     {"/outlets/name", newer, "", text, "O", "", R::any, "", ""},
     {"/frames/time", always, "", real, "T", "s", R::ascending, "", ""},
     {"/frames/position", always, "", real, "T,N,3", "m", R::vector_or_nan, "",
-     "centre of mass, world; NaN while a particle does not exist, here and below"},
+     "center of mass, world; NaN while a particle does not exist, here and below"},
     {"/frames/orientation", always, "", real, "T,N,4", "1", R::rotation_or_nan, "",
      "unit quaternion w x y z, shape axes to world"},
     {"/frames/velocity", always, "", real, "T,N,3", "m/s", R::vector_or_nan, "", "world"},

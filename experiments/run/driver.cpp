@@ -386,8 +386,8 @@ void Driver::report() {
   progress.wall = seconds_since(started_);
   for (Presence presence : solver_.particles().presence) {
     if (presence == Presence::present) ++progress.present;
-    if (presence == Presence::waiting) ++progress.waiting;
-    if (presence == Presence::left) ++progress.left;
+    if (presence == Presence::pending) ++progress.waiting;
+    if (presence == Presence::removed) ++progress.left;
   }
   for (std::size_t g = 0; g < case_.sensors.size(); ++g)
     progress.passed.push_back(

@@ -19,7 +19,7 @@ py::dict shape_facts(const Shape& shape) {
   facts["parts"] = shape.parts.size();
   facts["rounding"] = shape.rounding;
   facts["stiffness"] = shape.stiffness;
-  facts["surface_deviation"] = shape.contact_deviation;
+  facts["surface_deviation"] = shape.surface_deviation;
   facts["box"] = std::array<double, 3>{shape.box.x(), shape.box.y(), shape.box.z()};
   return facts;
 }

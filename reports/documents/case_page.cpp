@@ -153,7 +153,7 @@ void add_shapes(page::Page& page, const Case& c) {
                     {}};
   for (const Shape& s : c.model.shapes)
     table.rows.push_back({s.name, material_name(c, s.material), text_of(s.box, 1e3), s.mass * 1e3,
-                          Cell(static_cast<double>(s.parts.size())), s.contact_deviation * 1e3,
+                          Cell(static_cast<double>(s.parts.size())), s.surface_deviation * 1e3,
                           s.rounding * 1e3, s.stiffness});
   if (table.rows.empty()) return;
   page::Content& content = page.section("Shapes");

@@ -93,7 +93,7 @@ struct HistogramPlot {
 };
 std::string draw(const HistogramPlot& plot);
 
-// Values on a grid, with marks over them. Cells are centred on the axes' values, which are evenly
+// Values on a grid, with marks over them. Cells are centered on the axes' values, which are evenly
 // spaced (on a log axis: in the logarithm).
 struct HeatMap {
   Axis x, y, z;

@@ -261,7 +261,7 @@ void draw_contacts(const Case& c, const ContactSelection& choice, const ContactS
       title_script(
           fmt::format("{}: {}", c.name, who),
           fmt::format("t = {:.6g} s, step {}; arrows push on {}, the longest red one is {:.3g} N; "
-                      "labels: normal force by neighbour",
+                      "labels: normal force by neighbor",
                       now.time, now.step, body_name(c.model, scene.main()), scene.longest()),
           height);
   const struct {
@@ -322,7 +322,7 @@ void draw_history(const Case& c, const ContactSelection& choice,
   }
   out.commit();
   const std::string who = body_name(c.model, choice.body) + " and " +
-                          (choice.other >= 0 ? body_name(c.model, choice.other) : "its neighbours");
+                          (choice.other >= 0 ? body_name(c.model, choice.other) : "its neighbors");
   const std::string source = "'rows'";
   const std::string script =
       "set multiplot\n" +

@@ -34,13 +34,13 @@ class View {
   Vec3 project(const Vec3& world) const;
   Vec3 unproject(const Vec3& picture) const;
   Vec3 towards_viewer(const Vec3& world) const;  // unit
-  // Metres per unit of picture width at this point.
+  // Meters per unit of picture width at this point.
   double width_at(const Vec3& picture) const;
   double height_over_width() const { return height_ / width_; }
 
  private:
   Mat3 axes_ = Mat3::Identity();  // world -> camera
-  Vec3 eye_ = Vec3::Zero();       // m; a parallel view: the centre
+  Vec3 eye_ = Vec3::Zero();       // m; a parallel view: the center
   double distance_ = 0;           // m from eye to target; 0: parallel
   double width_ = 1, height_ = 1;
 };

@@ -233,7 +233,7 @@ void check_fault(const Model& model, const Workspace& w, const State& s,
   if (pair.b < n) edge = std::min(edge, model.shapes[model.particles[pair.b].shape].box.minCoeff());
   if (fault.initial_penetration > kInitialPenetration * edge) {
     throw RunError(
-        fmt::format("{} was placed {:.4g} m inside {} at {:.6g} s: place it where nothing is",
+        fmt::format("{} was placed {:.4g} m inside {} at {:.6g} s: move it to a free position",
                     name_of_body(model, pair.a), fault.initial_penetration,
                     name_of_body(model, pair.b), s.time));
   }

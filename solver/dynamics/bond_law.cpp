@@ -215,7 +215,7 @@ BeamStress stress_of(const BeamLaw& law, const BeamForces& forces) {
   return out;
 }
 
-BondMode broken_by(const BeamLaw& law, const BeamStress& stress) {
+BondMode failure_mode(const BeamLaw& law, const BeamStress& stress) {
   if (stress.tension + stress.bending > law.tensile_strength)
     return stress.tension > stress.bending ? BondMode::tension : BondMode::bending;
   if (stress.shear + stress.torsion > law.shear_strength)

@@ -12,7 +12,7 @@ constexpr double kApproach = 5e-3;  // s
 }  // namespace
 
 double spring_load(const Joint& joint, double coordinate) {
-  return -joint.stiffness * (coordinate - joint.rest);
+  return -joint.stiffness * (coordinate - joint.spring_reference);
 }
 
 double motor_target_rate(const Motor& motor, double coordinate, double dt, HalfKick half) {
@@ -23,8 +23,8 @@ double motor_target_rate(const Motor& motor, double coordinate, double dt, HalfK
 }
 
 double motor_load_limit(const Motor& motor, double rate) {
-  if (motor.no_load_speed == kUnbounded) return motor.limit;
-  return motor.limit * std::clamp(1 - rate / motor.no_load_speed, 0.0, 1.0);
+  if (motor.no_load_speed == kUnbounded) return motor.max_load;
+  return motor.max_load * std::clamp(1 - rate / motor.no_load_speed, 0.0, 1.0);
 }
 
 }  // namespace firn

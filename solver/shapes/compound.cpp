@@ -109,8 +109,8 @@ Shape make_compound(const std::vector<Component>& components, const ShapeOptions
       }
     }
     shape.rounding = std::min(shape.rounding, c.shape.rounding);
-    if (c.shape.contact_deviation > shape.contact_deviation || shape.deviation_reason.empty()) {
-      shape.contact_deviation = c.shape.contact_deviation;
+    if (c.shape.surface_deviation > shape.surface_deviation || shape.deviation_reason.empty()) {
+      shape.surface_deviation = c.shape.surface_deviation;
       shape.deviation_reason = "component " + c.shape.name + ": " + c.shape.deviation_reason;
     }
   }

@@ -215,7 +215,7 @@ Shape make_crescent(const CrescentParameters& p, const ShapeOptions& options) {
     shape.part_neighbors.push_back(mask);
   }
   const Deviation deviation = measure_deviation(shape);
-  shape.contact_deviation = deviation.largest();
+  shape.surface_deviation = deviation.largest();
   shape.deviation_reason = deviation.rounding > deviation.surplus
                                ? "edges rounded, flat segments of the arc"
                                : "flat segments of the dish and the arc";

@@ -59,16 +59,16 @@ Shape make_mesh(const TriangleMesh& mesh, const ShapeOptions& options) {
     compute_bounding_radius(shape);
     find_neighboring_parts(shape);
     const Deviation deviation = measure_deviation(shape);
-    shape.contact_deviation = deviation.largest();
+    shape.surface_deviation = deviation.largest();
     shape.deviation_reason =
         deviation.rounding > deviation.surplus ? "edges rounded"
         : found.part_limit_reached      ? fmt::format("max_parts = {} reached", options.max_parts)
         : found.thickness_limit_reached ? "further cuts would leave slivers"
                                         : "hulls of the parts over concave surface";
-    const bool better = best.parts.empty() || shape.contact_deviation < best.contact_deviation;
+    const bool better = best.parts.empty() || shape.surface_deviation < best.surface_deviation;
     if (better) best = std::move(shape);
     // Neither more parts nor other cuts help then.
-    if (best.contact_deviation <= kAllowed * edge || deviation.rounding > deviation.surplus) break;
+    if (best.surface_deviation <= kAllowed * edge || deviation.rounding > deviation.surplus) break;
     wanted.plan_triangles = kPlanAgain;
     wanted.thorough = true;
     // Too many parts come from cuts that leave much to do, as better ones would leave slivers.

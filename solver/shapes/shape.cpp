@@ -148,7 +148,7 @@ TriangleMesh sphere_mesh(double radius) {
 Shape finish_single(Shape shape, const char* reason) {
   compute_bounding_radius(shape);
   shape.part_neighbors = {1};
-  shape.contact_deviation = measure_deviation(shape).largest();
+  shape.surface_deviation = measure_deviation(shape).largest();
   shape.deviation_reason = reason;
   return shape;
 }

@@ -106,7 +106,7 @@ void walk(Archive& ar, S& s) {
   ar.array(s.angular_momentum);
   ar.group("contact loads");
   ar.array(s.load);
-  ar.group("ways moved");
+  ar.group("motion bounds");
   ar.array(s.path);
   ar.array(s.turn);
   ar.array(s.margin);
@@ -132,10 +132,10 @@ void walk(Archive& ar, S& s) {
   ar.array(s.boundary_contacts);
   ar.array(s.boundary_patches);
   ar.array(s.boundary_points);
-  ar.group("neighbour list");
+  ar.group("neighbor list");
   ar.value(s.neighbor_list_invalid);
   ar.array(s.pairs);
-  ar.group("watch on pairs");
+  ar.group("pair motion bounds");
   ar.array(s.next_test_distance);
   ar.array(s.motion_bound);
   ar.group("pairs of parts");
@@ -158,7 +158,7 @@ void walk(Archive& ar, S& s) {
   ar.value(s.lowest_energy);
   ar.value(s.largest_kinetic);
   ar.value(s.energy_known);
-  ar.group("health");
+  ar.group("diagnostics");
   ar.value(s.diagnostics.largest_overlap);
   ar.value(s.diagnostics.largest_overlap_particle);
   ar.value(s.diagnostics.late_contacts);
@@ -180,7 +180,7 @@ void walk(Archive& ar, S& s) {
   ar.value(s.statistics.interval_start);
   ar.array(s.statistics.triangle_of_point);
   ar.value(s.statistics.points_list);
-  ar.group("started motions");
+  ar.group("stage motions");
   ar.array(s.stage_motion_mover);
   ar.array(s.stage_motion_group);
   ar.array(s.stage_motor_joint);
@@ -222,7 +222,7 @@ template <class Archive, class D>
 void walk_drive(Archive& ar, D& d) {
   walk_schedule(ar, d);
   ar.value(d.speed);
-  ar.value(d.limit);
+  ar.value(d.max_load);
   ar.value(d.no_load_speed);
   double target = d.target.value_or(std::numeric_limits<double>::quiet_NaN());
   ar.value(target);

@@ -99,8 +99,8 @@ class ContactReader {
     const Vec3 &place = contact.event.position, &normal = contact.event.normal;
     const Vec3 velocity = a.velocity + a.spin.cross(place - a.position) - b.velocity -
                           b.spin.cross(place - b.position);
-    contact.event.approach_normal = velocity.dot(normal);
-    contact.event.approach_tangential = (velocity - velocity.dot(normal) * normal).norm();
+    contact.event.impact_velocity_normal = velocity.dot(normal);
+    contact.event.impact_velocity_tangential = (velocity - velocity.dot(normal) * normal).norm();
     return begun;
   }
 
@@ -277,7 +277,7 @@ std::vector<ContactEvent> open_events(const Model& model, const State& s) {
     const ContactSums& sums = s.statistics.sums[k];
     if (contact.event.a < 0) continue;
     events.push_back(event_of(contact, sums, model.timestep));
-    events.back().lasts = 1;
+    events.back().open_at_end = 1;
   }
   std::ranges::sort(events, {},
                     [](const ContactEvent& e) { return std::tuple(e.start, e.a, e.b); });

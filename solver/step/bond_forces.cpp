@@ -105,7 +105,7 @@ BeamLoad strained(const Model& model, BondWorkspace& w, State& s, std::size_t nu
   const BeamPose pose = pose_of(law, bond, a, b);
   BeamForces forces = elastic_forces(w.stiffness[number], pose);
   const BeamStress stress = stress_of(law, forces);
-  const BondMode mode = broken_by(law, stress);
+  const BondMode mode = failure_mode(law, stress);
   if (mode != BondMode::intact) {
     const bool pulled = mode == BondMode::tension || mode == BondMode::bending;
     s.bonds[number] = {mode, static_cast<double>(s.steps + 1) * model.timestep,

@@ -53,7 +53,7 @@ TEST(ShapeCommand, FactsOfABox) {
   ASSERT_EQ(o.status, 0) << o.err;
   const json facts = json::parse(o.out);
   EXPECT_EQ(facts["triangles"], 12);
-  EXPECT_EQ(facts["sound"], true);
+  EXPECT_EQ(facts["watertight"], true);
   EXPECT_EQ(facts["convex_parts"].size(), 1U);
   EXPECT_NEAR(facts["volume"], 8e-6, 1e-12);  // 10 x 20 x 40 mm
   EXPECT_NEAR(facts["mass"], 8e-3, 1e-9);
@@ -65,8 +65,8 @@ TEST(ShapeCommand, FactsOfABox) {
   EXPECT_NEAR(inertia[0], 8e-3 * (1e-4 + 4e-4) / 12, 1e-12);
   EXPECT_NEAR(inertia[1], 8e-3 * (1e-4 + 16e-4) / 12, 1e-12);
   EXPECT_NEAR(inertia[2], 8e-3 * (4e-4 + 16e-4) / 12, 1e-12);
-  EXPECT_NEAR(facts["size_for_stiffness"], 20e-3, 1e-9);  // the middle edge
-  EXPECT_NEAR(facts["stiffness"], 20e3, 1e-3);            // E L
+  EXPECT_NEAR(facts["stiffness_length"], 20e-3, 1e-9);  // the middle edge
+  EXPECT_NEAR(facts["stiffness"], 20e3, 1e-3);          // E L
 }
 
 // An L of 20 x 20 x 10 mm, 5 mm thick.
@@ -122,7 +122,7 @@ TEST(ShapeCommand, OpenMeshIsRefusedWithItsDefects) {
   open.pop_back();
   const Outcome o = folder.firn({"shape", folder.write("open.stl", stl(open)), "--json"});
   EXPECT_EQ(o.status, 2);
-  EXPECT_EQ(json::parse(o.out)["sound"], false);
+  EXPECT_EQ(json::parse(o.out)["watertight"], false);
   EXPECT_EQ(json::parse(o.out)["defects"]["open_edges"], 3);
   EXPECT_EQ(lines(o.err), 1U);
   EXPECT_THAT(o.err, HasSubstr("open.stl"));

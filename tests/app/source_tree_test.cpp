@@ -113,8 +113,8 @@ class ProgramIdentity : public testing::Test {
   CommandOutcome run() const {
     return run_shell("'" FIRN_CMAKE "' -DSOURCE_DIR='" + scratch_.path().string() +
                      "' -DVERSION=1 -DBUILD_FACTS='" + (scratch_ / "facts.txt") + "' -DOUTPUT='" +
-                     (scratch_ / "version.txt") + "' -P '" + source_dir.string() +
-                     "/cmake/write_version.cmake'");
+                     (scratch_ / "version.txt") + "' -DLIST='" + (scratch_ / "list.txt") +
+                     "' -P '" + source_dir.string() + "/cmake/write_version.cmake'");
   }
   std::string identity() const {
     const CommandOutcome outcome = run();
@@ -166,6 +166,23 @@ TEST_F(ProgramIdentity, ChangesWithEveryFolder) {
     append(names.back(), "int one_more;\n");
     EXPECT_TRUE(seen.insert(identity()).second) << names.back() << " plays no part";
   }
+}
+
+// Every file of the two libraries takes part but these: they start runs, and evaluate what runs
+// have given.
+TEST_F(ProgramIdentity, CoversEveryFileButThose) {
+  const std::regex others(
+      "experiments/(batch/.*|(system/process|responses/response_expression|analysis/power_law|"
+      "analysis/elementary_effects)[.](cpp|h))");
+  std::set<std::string> expected;
+  for (const char* library : {"solver", "experiments"})
+    for (const std::string& name : sources(library))
+      if (!std::regex_match(name, others)) expected.insert(path(name).string());
+  ASSERT_EQ(run().status, 0);
+  std::set<std::string> found;
+  std::istringstream list(read_text(path("list.txt")));
+  for (std::string name; std::getline(list, name, ';');) found.insert(name);
+  EXPECT_EQ(found, expected);
 }
 
 // All files of the solver move, and all sources and the build include them from there.

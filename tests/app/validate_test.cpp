@@ -140,12 +140,12 @@ TEST(ValidateCommand, JudgesAndGoesOnWithoutSimulatingAgain) {
       folder.firn({"validate", "suite.toml", "-o", "out", "--json", "--progress", "json"});
   EXPECT_EQ(again.out, o.out);
   EXPECT_THAT(again.err, testing::Not(HasSubstr("\"started\"")));
-  // A neighbour shares what was simulated.
-  const Outcome neighbour =
+  // A neighbor shares what was simulated.
+  const Outcome neighbor =
       folder.firn({"validate", "suite.toml", "-o", "other", "--progress", "json"});
-  EXPECT_EQ(neighbour.status, 0);
-  EXPECT_THAT(neighbour.err, testing::Not(HasSubstr("\"started\"")));
-  EXPECT_THAT(neighbour.out, HasSubstr("a third comes"));
+  EXPECT_EQ(neighbor.status, 0);
+  EXPECT_THAT(neighbor.err, testing::Not(HasSubstr("\"started\"")));
+  EXPECT_THAT(neighbor.out, HasSubstr("a third comes"));
 
   EXPECT_EQ(
       folder.firn({"validate", "suite.toml", "-o", "out", "--require", "none-inconsistent"}).status,

@@ -58,7 +58,7 @@ class TimedBed {
       Costs step = so_far();
       for (const auto& [phase, seconds] : before) step[phase] -= seconds;
       if (solver_.diagnostics().rebuilds > lists) {
-        list_costs.push_back(step["neighbour list"]);
+        list_costs.push_back(step["neighbor list"]);
         continue;
       }
       ++counted;

@@ -197,7 +197,7 @@ TEST(Calibrate, ResponsesThatAreNotNumbersStayOutOfTheFit) {
   const StudySummary s = run_study(folder.write("study.toml", friction_study(angle_target)),
                                    folder / "out", experiment);
   EXPECT_EQ(s.verdict, StudyVerdict::not_identifiable);
-  // At the centre, seeds 1 and 3 remain: one degree of freedom. Elsewhere one seed of two. The five
+  // At the center, seeds 1 and 3 remain: one degree of freedom. Elsewhere one seed of two. The five
   // fresh seeds of the confirmation give four more.
   EXPECT_EQ(json::parse(s.json)["models"][0]["seed_noise"]["degrees_of_freedom"], 1 + 4);
 }

@@ -93,7 +93,7 @@ TEST(Experiments, RunsThatDoNotDependOnAParameterAreMadeOnce) {
   text.replace(text.rfind("[\"mu2\"]"), 7, "[]");
   text += "set = { \"a.mu2\" = 0.2 }\n";
   run_study(folder.write("study.toml", text), folder / "out", experiment);
-  EXPECT_EQ(slides, 3 + 4);  // seeds of the centre, of which the others are some, and fresh ones
+  EXPECT_EQ(slides, 3 + 4);  // seeds of the center, of which the others are some, and fresh ones
 }
 
 TEST(MeasurementValue, RanksTheTestThatCutsTheValleyFirst) {

@@ -19,7 +19,7 @@ void require_shape(const Shape& shape) {
   fuzz::require(!shape.parts.empty(), "a shape has parts");
   fuzz::require(std::isfinite(shape.bounding_radius) && shape.bounding_radius > 0,
                 "a shape has a bounding radius");
-  fuzz::require(std::isfinite(shape.contact_deviation), "a shape says how far its parts deviate");
+  fuzz::require(std::isfinite(shape.surface_deviation), "a shape says how far its parts deviate");
   for (const ConvexPart& part : shape.parts) {
     fuzz::require(part.vertex_count > 0, "a part has vertices");
     for (int i = 0; i < part.vertex_count; ++i) {

@@ -119,7 +119,7 @@ WeibullFit fit_weibull(const Measurement& m) {
   for (int i = 0; i < shapes; ++i)
     for (int j = 0; j < scales; ++j) {
       const double shape = least_shape * std::pow(most_shape / least_shape, (i + 0.5) / shapes);
-      // The mean's neighbourhood: far wider than its uncertainty.
+      // The mean's neighborhood: far wider than its uncertainty.
       const double scale = m.value * (0.7 + 0.8 * (j + 0.5) / scales);
       fit.shape.push_back(shape);
       fit.scale.push_back(scale);

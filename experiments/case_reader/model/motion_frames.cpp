@@ -182,7 +182,7 @@ Joint read_joint(const TomlTable& t) {
   const AxisUnits& units = units_of(turns);
   axis.direction = t.direction("direction");
   axis.stiffness = t.quantity("stiffness", units.stiffness, Sign::non_negative, units.no_stiffness);
-  axis.rest = t.quantity("spring_reference", units.way, Sign::any, units.zero_way);
+  axis.spring_reference = t.quantity("spring_reference", units.way, Sign::any, units.zero_way);
   axis.damping = t.quantity("damping", units.damping, Sign::non_negative, units.no_damping);
   axis.friction = t.quantity("friction", units.load, Sign::non_negative, units.zero_load);
   axis.lower = t.optional_quantity("lower", units.way, Sign::any).value_or(-kUnbounded);
@@ -332,10 +332,10 @@ Motor read_motor(const TomlTable& t, Joint::Kind kind,
   Motor motor;
   motor.speed = t.quantity("speed", units.rate, Sign::any);
   motor.target = t.optional_quantity("target", units.way, Sign::any);
-  motor.limit = t.optional_quantity("max_load", units.load, Sign::positive).value_or(kUnbounded);
+  motor.max_load = t.optional_quantity("max_load", units.load, Sign::positive).value_or(kUnbounded);
   if (t.has("no_load_speed")) {
     motor.no_load_speed = t.quantity("no_load_speed", units.rate, Sign::positive);
-    if (motor.limit == kUnbounded)
+    if (motor.max_load == kUnbounded)
       t.fail("no_load_speed", "goes with max_load, which is the load at stall; expected both");
     if (std::abs(motor.speed) > motor.no_load_speed)
       t.fail("speed", "is above the no_load_speed, which is the fastest; expected less");

@@ -8,8 +8,8 @@
 
 namespace firn {
 
-// waiting: not inserted yet; left: removed.
-enum class Presence : std::uint8_t { waiting, present, left };
+// pending: not inserted yet.
+enum class Presence : std::uint8_t { pending, present, removed };
 
 // State of all particles at the end of a step. Arrays [particles] in the order of ids, including
 // pending and removed particles.
@@ -28,7 +28,7 @@ struct BoundaryState {
   Vec3 velocity = Vec3::Zero();          // m/s, of the origin
   Vec3 angular_velocity = Vec3::Zero();  // rad/s
   bool present = true;
-  // Since the last take_boundary_loads():
+  // Since the last clear_boundary_loads():
   Vec3 impulse = Vec3::Zero();          // N s, on the boundary
   Vec3 angular_impulse = Vec3::Zero();  // N m s, about the moving origin
   double peak_normal_force = 0;         // N, largest single patch

@@ -122,7 +122,7 @@ BeamStress stress_of(const BeamLaw& law, const BeamForces& forces);
 // State of a bond: intact, failure mode, or the removal of one of its bodies.
 enum class BondMode : std::int64_t { intact, tension, bending, shear, torsion, removed };
 // Failure mode: the larger contribution to the exceeded strength. intact: no strength is exceeded.
-BondMode broken_by(const BeamLaw& law, const BeamStress& stress);
+BondMode failure_mode(const BeamLaw& law, const BeamStress& stress);
 const char* to_string(BondMode mode);  // "tension"
 
 }  // namespace firn

@@ -65,13 +65,13 @@ struct ContactEvent {
   Vec3 impulse = Vec3::Zero();    // N s, world, on a, of the total force
   // m/s, of a relative to b at the position of the first force: along the normal (positive:
   // approaching) and tangential.
-  double approach_normal = 0, approach_tangential = 0;
+  double impact_velocity_normal = 0, impact_velocity_tangential = 0;
   Vec3 normal = Vec3::UnitZ();   // unit, world, from a to b, at the peak
   Vec3 position = Vec3::Zero();  // m, world, at the peak; mean of the patches weighted by force
   // m, the same in the shape axes of each body, or in boundary axes.
   Vec3 position_on_a = Vec3::Zero(), position_on_b = Vec3::Zero();
-  double dissipated = 0;    // J; of an open contact including the elastic energy
-  std::uint64_t lasts = 0;  // 1: open at the end
+  double dissipated = 0;          // J; of an open contact including the elastic energy
+  std::uint64_t open_at_end = 0;  // 1: not ended yet
 };
 
 // Two-sided load on a particle: of all pairs of patches on it in one step, the largest min(F_i,

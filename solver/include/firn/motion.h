@@ -56,12 +56,12 @@ struct Motion : Schedule {
 };
 
 // A motor at a joint of a free body: accelerates it to a speed with a force or torque up to
-// `limit`.
+// `max_load`.
 struct Motor : Schedule {
   double speed = 0;              // m/s or rad/s; with a target, the maximum
   std::optional<double> target;  // m or rad: coordinate to approach and keep
-  double limit = kUnbounded;     // N or N m
-  // m/s or rad/s: the load limit decreases linearly from `limit` at rest (stall) to zero at this
+  double max_load = kUnbounded;  // N or N m
+  // m/s or rad/s: the load limit decreases linearly from `max_load` at rest (stall) to zero at this
   // speed in the direction of the load.
   double no_load_speed = kUnbounded;
 };
@@ -71,8 +71,8 @@ struct Joint {
   enum class Kind { translation, rotation };
   Kind kind = Kind::rotation;
   Vec3 direction = Vec3::UnitZ();  // unit; a rotation is about the frame's origin
-  // Spring with the reference coordinate `rest`: N/m and m, or N m/rad and rad.
-  double stiffness = 0, rest = 0;
+  // Spring with the coordinate `spring_reference` without a load: N/m and m, or N m/rad and rad.
+  double stiffness = 0, spring_reference = 0;
   double damping = 0;                              // N s/m or N m s/rad
   double friction = 0;                             // N or N m, against any motion
   double lower = -kUnbounded, upper = kUnbounded;  // m or rad, limits

@@ -31,8 +31,8 @@ struct Shape {
   double rounding = 0;           // m, rounding radius (of a sphere: its radius)
   double stiffness_length = 0;   // m, L of equation (6): middle edge of the bounding box
   double stiffness = 0;          // N/m, loading stiffness K of equation (6), or given
-  double contact_deviation = 0;  // m, surface deviation: mesh to swept parts, sampled
-  std::string deviation_reason;  // cause of contact_deviation, a few words
+  double surface_deviation = 0;  // m, surface deviation: mesh to swept parts, sampled
+  std::string deviation_reason;  // cause of surface_deviation, a few words
 };
 
 // Input of the make_*() functions in addition to the geometry. These throw InputError for wrong
@@ -59,7 +59,7 @@ Shape make_convex(const std::vector<Vec3>& points, const ShapeOptions& options);
 Shape make_mesh(const TriangleMesh& mesh, const ShapeOptions& options);
 // Rigid union of non-overlapping shapes in common axes, with the sums of mass and inertia. Density
 // and rounding of the options are not used. `rounding` is the smallest of the components,
-// contact_deviation the largest.
+// surface_deviation the largest.
 struct Component {
   Shape shape;
   Pose pose;  // shape axes of the component -> shape axes of the compound

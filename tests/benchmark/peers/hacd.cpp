@@ -87,7 +87,7 @@ void compare(const std::string& family) {
   }
   std::printf("| %s | %zu | %zu | %.2f | %.1f | %zu | %.1f | %.1f |\n", family.c_str(),
               mesh.triangles.size(), own.parts.size(),
-              100 * own.contact_deviation / own.box.minCoeff(), seconds, peer.parts,
+              100 * own.surface_deviation / own.box.minCoeff(), seconds, peer.parts,
               100 * peer.deviation, peer.seconds);
   std::fflush(stdout);
 }

@@ -140,7 +140,7 @@ TEST(Noise, PoolsOverPointsAndNoticesThatItGrowsWithTheResponse) {
   EXPECT_FALSE(pool_noise({sample({1}), sample({2})}));
 }
 
-TEST(Noise, ArchedRunsAreAFractionOfTheirNeighbourhood) {
+TEST(Noise, ArchedRunsAreAFractionOfTheirNeighborhood) {
   Point flows, arches;
   flows.u = Eigen::Vector2d(0.1, 0.1);
   flows.results = {{finished({}), finished({})}};

@@ -138,7 +138,7 @@ TEST(Design, EveryLevelOnceAndFarApart) {
     for (int i = 0; i < 8; ++i)
       EXPECT_NEAR(levels[static_cast<std::size_t>(i)], 0.05 + 0.9 * i / 7, 1e-12);
   }
-  // Eight points and the centre at the corners of a grid of nine would be 0.45 apart.
+  // Eight points and the center at the corners of a grid of nine would be 0.45 apart.
   for (std::size_t i = 0; i < points.size(); ++i) {
     EXPECT_GT((points[i] - taken[0]).norm(), 0.2);
     for (std::size_t j = 0; j < i; ++j) EXPECT_GT((points[i] - points[j]).norm(), 0.2);

@@ -43,7 +43,7 @@ TEST(StudyFile, ReadsEverything) {
   ASSERT_EQ(s.observed.size(), 1u);
   EXPECT_EQ(s.observed[0].response.label, "count");
   EXPECT_EQ(s.compare[0].values, (std::vector<double>{0.1, 0.3}));
-  // 3 at the centre, 8 x 2, 3 x 2, 5, and one compared.
+  // 3 at the center, 8 x 2, 3 x 2, 5, and one compared.
   EXPECT_EQ(s.largest_total(), 31);
 }
 

@@ -23,7 +23,7 @@ void put(std::string& out, const void* data, std::size_t size) {
 std::string bits(const Shape& s) {
   std::string out = s.name + ' ' + s.deviation_reason;
   for (const double x : {s.volume, s.mass, s.bounding_radius, s.rounding, s.stiffness_length,
-                         s.stiffness, s.contact_deviation})
+                         s.stiffness, s.surface_deviation})
     put(out, &x, sizeof x);
   put(out, s.centroid.data(), sizeof s.centroid);
   put(out, s.shape_from_body.coeffs().data(), sizeof s.shape_from_body);

@@ -115,21 +115,21 @@ TEST(DeviationWarning, NamesDeviationAndReason) {
   Shape shape;
   shape.name = "cup";
   shape.box = Vec3(0.02, 0.03, 0.04);
-  shape.contact_deviation = 0.3e-3;
+  shape.surface_deviation = 0.3e-3;
   shape.deviation_reason = "edges rounded";
   EXPECT_EQ(deviation_warning(shape), "");
-  shape.contact_deviation = 0.5e-3;
+  shape.surface_deviation = 0.5e-3;
   EXPECT_THAT(deviation_warning(shape),
               HasSubstr("shape cup: the contact parts deviate by 0.5 mm from the mesh (2.5 % of "
                         "the smallest edge; edges rounded); a smaller rounding reduces it"));
   // A rounding that the case states is meant to round.
   EXPECT_EQ(deviation_warning(shape, true), "");
-  shape.contact_deviation = 1.1e-3;
+  shape.surface_deviation = 1.1e-3;
   EXPECT_THAT(deviation_warning(shape, true), HasSubstr("5.5 % of the smallest edge"));
-  shape.contact_deviation = 0.5e-3;
+  shape.surface_deviation = 0.5e-3;
   shape.deviation_reason = "hulls of the parts over concave surface";
   EXPECT_THAT(deviation_warning(shape, true), HasSubstr("check with firn shape"));
-  shape.contact_deviation = 0.1e-3;
+  shape.surface_deviation = 0.1e-3;
   shape.deviation_reason = "max_parts = 3 reached";
   EXPECT_THAT(deviation_warning(shape), HasSubstr("max_parts = 3 reached"));
 }

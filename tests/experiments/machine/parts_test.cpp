@@ -143,7 +143,7 @@ TEST(MachineParts, ContactPartsAreWhereTheMeshIs) {
         for (int k = 0; k < 3; ++k) {
           at[k] = std::uniform_real_distribution(low[k], high[k])(random);
         }
-      } else {  // half a millimetre off the surface, to either side
+      } else {  // half a millimeter off the surface, to either side
         const auto& t = solid.mesh.triangles[random() % solid.mesh.triangles.size()];
         const Vec3 &a = solid.mesh.vertices[t[0]], &b = solid.mesh.vertices[t[1]],
                    &c = solid.mesh.vertices[t[2]];

@@ -20,7 +20,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// What reading a file as a particle of millimetres comes to; "accepted" when nothing is wrong.
+// What reading a file as a particle of millimeters comes to; "accepted" when nothing is wrong.
 std::string outcome(const std::string& name, const std::string& text) {
   const std::string file = test::scratch_path(name);
   std::ofstream(file, std::ios::binary) << text;

@@ -95,8 +95,8 @@ TEST_F(StlFile, BinaryComesBackInSinglePrecision) {
 
 TEST_F(StlFile, LengthUnitScales) {
   write_stl(file, mesh, 1);
-  const TriangleMesh metres = read_stl(file, 1), inches = read_stl(file, 0.0254);
-  EXPECT_NEAR(bounding_box(inches)[1].x() / bounding_box(metres)[1].x(), 0.0254, 1e-12);
+  const TriangleMesh meters = read_stl(file, 1), inches = read_stl(file, 0.0254);
+  EXPECT_NEAR(bounding_box(inches)[1].x() / bounding_box(meters)[1].x(), 0.0254, 1e-12);
 }
 
 TEST_F(StlFile, TextAndBinaryTwinsAreIdentical) {

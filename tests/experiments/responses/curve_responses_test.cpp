@@ -99,7 +99,7 @@ TEST_F(Curves, HaveTheSlopesOfTheirSprings) {
     const auto found = std::ranges::find(summary.responses, name, &Response::name);
     return found == summary.responses.end() ? Response{} : *found;
   };
-  // a = k (rest - x) / m; rates of neighbouring frames give it half a frame before.
+  // a = k (rest - x) / m; rates of neighboring frames give it half a frame before.
   const Response x = response("spring_curve_x"), a = response("spring_curve_y");
   ASSERT_EQ(x.value.size(), 500U);
   ASSERT_EQ(a.value.size(), 500U);

@@ -138,8 +138,8 @@ TEST_F(StatisticsFile, HoldsEveryContactAboveTheThreshold) {
   // Cubes have one patch with each other: the largest of a particle's contacts is its peak.
   for (std::size_t i = 0; i < peaks.size(); ++i) EXPECT_NEAR(largest[i], peaks[i], 1e-9) << i;
   EXPECT_GT(first, 0);
-  EXPECT_TRUE(events.back().lasts);
-  EXPECT_FALSE(events.front().lasts);
+  EXPECT_TRUE(events.back().open_at_end);
+  EXPECT_FALSE(events.front().open_at_end);
 }
 
 double sum(const std::vector<double>& values, std::size_t first, std::size_t count) {
@@ -189,7 +189,7 @@ TEST_F(StatisticsFile, SumsAreThoseOfTheContacts) {
   const Case c = tray({{"statistics.events.threshold", "\"0 N\""}});
   const Recording recording = recorded(c);
   std::vector<ContactEvent> events = contact_events(recording);
-  std::erase_if(events, [](const ContactEvent& e) { return e.lasts != 0; });
+  std::erase_if(events, [](const ContactEvent& e) { return e.open_at_end != 0; });
   ASSERT_GT(events.size(), 30u);
   double touches = 0;
   for (const ContactEvent& e : events) touches += e.b < 13 ? 2 : 1;

@@ -104,7 +104,7 @@ double signed_power(Random& random, double least, double most) {
 struct Kind {
   const char* name;
   void (*arrange)(Scene&, Random&);
-  // Edge against edge deep inside is libccd's: now and then its polytope leads to a neighbouring
+  // Edge against edge deep inside is libccd's: now and then its polytope leads to a neighboring
   // way out. This part of the deep overlaps at most.
   double longer = 0.02;
 };

@@ -15,7 +15,7 @@ using testing::slabs;
 
 constexpr double kShell = 20e-6;     // m
 constexpr double kEdgeWidth = 1e-4;  // of the pair's size: least width of an edge
-constexpr double kTiny = 1e-15;      // m, rounding of a few centimetres
+constexpr double kTiny = 1e-15;      // m, rounding of a few centimeters
 
 Pose at(const Vec3& translation, const Mat3& rotation = Mat3::Identity()) {
   return {rotation, translation};
@@ -56,12 +56,12 @@ Load load(const std::vector<Manifold>& manifolds) {
 
 TEST(Collide, SpheresMeetOnTheLineOfTheirCentres) {
   const ConvexPart a = sphere_part(Vec3(1e-3, 0, 0), 5e-3), b = sphere_part(Vec3::Zero(), 3e-3);
-  // Centres 3-4-12 mm apart, 13 mm.
+  // Centers 3-4-12 mm apart, 13 mm.
   const Manifold m = meet(a, b, at({4e-3, 4e-3, 12e-3}), 6e-3);
   EXPECT_NEAR(m.gap, 5e-3, kTiny);
   EXPECT_NEAR((m.normal - Vec3(3, 4, 12) / 13).norm(), 0, 1e-15);
   ASSERT_EQ(m.points.size(), 1u);
-  // Midway: A's surface is 5 mm from its centre, B's 10 mm.
+  // Midway: A's surface is 5 mm from its center, B's 10 mm.
   EXPECT_NEAR((m.points[0].position - Vec3(1e-3, 0, 0) - 7.5e-3 * m.normal).norm(), 0, kTiny);
   EXPECT_DOUBLE_EQ(m.points[0].weight, std::pow(kEdgeWidth * 3e-3, 2));
   EXPECT_DOUBLE_EQ(m.area, m.points[0].weight);
@@ -162,7 +162,7 @@ TEST(Collide, FaceTiltedALittleKeepsItsFourCorners) {
 
 TEST(Collide, EdgeOnFaceIsASegment) {
   const ConvexPart a = box({10e-3, 10e-3, 5e-3}, 1e-3), b = box({8e-3, 3e-3, 3e-3}, 1e-3);
-  // B stands on an edge along x: its core's edge is sqrt(2) * 2 mm below its centre, 14 mm long.
+  // B stands on an edge along x: its core's edge is sqrt(2) * 2 mm below its center, 14 mm long.
   const double height = 5e-3 + std::sqrt(2) * 2e-3 + 1e-3 - 4e-6;
   const Manifold m = meet(a, b, at({5e-3, 1e-3, height}, turn(M_PI / 4, Vec3::UnitX())));
   EXPECT_NEAR(m.gap, -4e-6, kTiny);
@@ -178,7 +178,7 @@ TEST(Collide, EdgeOnFaceIsASegment) {
 
 TEST(Collide, CornerOnFaceIsAPoint) {
   const ConvexPart a = box({10e-3, 10e-3, 5e-3}, 1e-3), b = box({4e-3, 4e-3, 4e-3}, 1e-3);
-  // The diagonal of B upright: its core's corner is sqrt(3) * 3 mm below the centre.
+  // The diagonal of B upright: its core's corner is sqrt(3) * 3 mm below the center.
   const Mat3 upright = Quat::FromTwoVectors(Vec3(1, 1, 1), Vec3::UnitZ()).toRotationMatrix();
   const double height = 5e-3 + std::sqrt(3) * 3e-3 + 1e-3 - 4e-6;
   const Manifold m = meet(a, b, at({2e-3, 1e-3, height}, upright));
@@ -218,7 +218,7 @@ TEST(Collide, ParallelEdgesMeetOverTheirOverlapAndTurnIntoAPoint) {
     EXPECT_NEAR(nearest, m.gap, 0.25 * kShell) << angle;
     // 14 mm edges shifted by 5 mm: 9 mm; from then on the overlap can only shrink.
     if (angle <= 1e-9) {
-      // Two roundings of 1 mm are one of half a millimetre.
+      // Two roundings of 1 mm are one of half a millimeter.
       EXPECT_NEAR(weight(m), 2 * std::sqrt(2 * 0.5e-3 * 4e-6) * 9e-3, 1e-12);
     } else {
       EXPECT_LE(weight(m), last * (1 + 1e-3)) << angle;

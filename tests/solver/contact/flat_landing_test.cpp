@@ -12,7 +12,7 @@
 namespace firn {
 namespace {
 
-// Boxes of one height on connected cells of a grid, a prism whose centre of mass is over the
+// Boxes of one height on connected cells of a grid, a prism whose center of mass is over the
 // centroid of its base.
 Shape polyomino(scenes::Random& random, int cells) {
   constexpr double kCell = 10e-3, kHeight = 8e-3, kDensity = 900;

@@ -34,7 +34,7 @@ std::vector<Aabb> random_boxes(Dice& dice, int count, double room, double size) 
   return boxes;
 }
 
-TEST(Neighbours, BoxesMeetThoseThatTheyMeetWhenEachIsTried) {
+TEST(Neighbors, BoxesMeetThoseThatTheyMeetWhenEachIsTried) {
   Dice dice(7);
   for (const double size : {1e-3, 0.1, 1.0, 30.0}) {
     const std::vector<Aabb> boxes = random_boxes(dice, 900, 1, size);
@@ -54,7 +54,7 @@ TEST(Neighbours, BoxesMeetThoseThatTheyMeetWhenEachIsTried) {
 }
 
 // Up to nine spheres: none, one, and three groups, the last of them not full.
-TEST(Neighbours, PartsAreNearAsWhenEachPairIsTried) {
+TEST(Neighbors, PartsAreNearAsWhenEachPairIsTried) {
   Dice dice(7);
   constexpr std::uint32_t kSize = SphereGroup::size;
   int near = 0, far = 0;
@@ -146,7 +146,7 @@ struct Scene {
     s.boundary_present.resize(model.boundaries.size(), 1);
     s.boundary_present[3] = 0;
     for (std::size_t i = 0; i < n; ++i) {
-      if (i % 11 == 5) s.presence[i] = Presence::left;
+      if (i % 11 == 5) s.presence[i] = Presence::removed;
       s.motion[i].position = dice.vector(0.1);
       s.motion[i].velocity = dice.vector(i % 17 == 0 ? 5 : 0.1);
       s.orientation[i] = dice.turn();
@@ -221,7 +221,7 @@ List everything_tried(const Model& model, const State& s) {
   return out;
 }
 
-TEST(Neighbours, ListHoldsWhatIsNearWhenEverythingIsTried) {
+TEST(Neighbors, ListHoldsWhatIsNearWhenEverythingIsTried) {
   for (const int threads : {1, 3}) {
     Scene scene(threads);
     Workspace w(scene.model);
@@ -237,13 +237,13 @@ TEST(Neighbours, ListHoldsWhatIsNearWhenEverythingIsTried) {
 }
 
 // Boundaries are sorted out for many bodies at once, and most closely for one alone.
-TEST(Neighbours, ListOfALonelyBodyHoldsWhatIsNearIt) {
+TEST(Neighbors, ListOfALonelyBodyHoldsWhatIsNearIt) {
   Dice dice(7);
   int near = 0, far = 0;
   for (int n = 0; n < 300; ++n) {
     Scene scene(1);
     State& s = scene.state;
-    std::ranges::fill(s.presence, Presence::left);
+    std::ranges::fill(s.presence, Presence::removed);
     const std::size_t body = n % 2, solid = scene.model.particles.size() + 1 + (n % 25);
     s.presence[body] = Presence::present;
     const double reach = 1.6 * scene.model.shapes[0].bounding_radius;
@@ -259,7 +259,7 @@ TEST(Neighbours, ListOfALonelyBodyHoldsWhatIsNearIt) {
 }
 
 // What the list knows of a pair goes where the pair goes, when bodies have moved and left.
-TEST(Neighbours, NewListTakesOverWhatTheOldOneKnew) {
+TEST(Neighbors, NewListTakesOverWhatTheOldOneKnew) {
   for (const int threads : {1, 3}) {
     Scene scene(threads);
     State& s = scene.state;
@@ -294,7 +294,7 @@ TEST(Neighbours, NewListTakesOverWhatTheOldOneKnew) {
     Dice dice(7);
     for (std::size_t i = 0; i < scene.model.particles.size(); ++i)
       s.motion[i].position += dice.vector(2e-3);
-    s.presence[20] = Presence::left;
+    s.presence[20] = Presence::removed;
     s.neighbor_list_invalid = true;
     update_neighbor_list(scene.model, w, s);
     const List list = list_of(s);
@@ -340,7 +340,7 @@ TEST(Neighbours, NewListTakesOverWhatTheOldOneKnew) {
   }
 }
 
-TEST(Neighbours, KeysAreSortedAlikeByAnyNumberOfThreads) {
+TEST(Neighbors, KeysAreSortedAlikeByAnyNumberOfThreads) {
   Dice dice(7);
   std::vector<KeyIndex> one;
   for (std::int32_t k = 0; k < 30000; ++k)

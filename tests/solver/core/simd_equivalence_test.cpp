@@ -54,7 +54,7 @@ TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
   s.turn.resize(kBodies, 0);
   s.rebuild_distance.resize(kBodies, 1);
   for (int i = 0; i < kBodies; ++i) {
-    s.presence.push_back(i % 5 == 3 ? Presence::left : Presence::present);
+    s.presence.push_back(i % 5 == 3 ? Presence::removed : Presence::present);
     s.motion[i].position = dice.vector(1);
     s.motion[i].velocity = dice.vector(1);
     s.load[i].force = dice.vector(1);

@@ -28,7 +28,7 @@ BodyInMotion at(const Vec3& position, const Quat& orientation = Quat::Identity()
   return {position, Vec3::Zero(), Vec3::Zero(), orientation};
 }
 
-// Ends off the centres by different arms, axes of beam and bodies all different.
+// Ends off the centers by different arms, axes of beam and bodies all different.
 const Quat kTurnA(Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized()));
 const Quat kTurnB(Eigen::AngleAxisd(-1.9, Vec3(0.3, -1, 2).normalized()));
 const Vec3 kCenterA(1e-3, 2e-3, -3e-3), kCenterB(25e-3, 4e-3, 2e-3);
@@ -37,7 +37,7 @@ Bond skew_bond() {
                    Vec3(12e-3, 1e-3, 1e-3), Vec3(1, 0.2, -0.1), Vec3::UnitZ());
 }
 
-// Two bodies whose centres are the ends of a beam along x; b's end is displaced and turned.
+// Two bodies whose centers are the ends of a beam along x; b's end is displaced and turned.
 BeamPose moved_end(const Vec3& by, const Vec3& turn) {
   const Vec3 end = kLength * Vec3::UnitX();
   const Bond bond = make_bond(0, 1, 0, kLength, at(Vec3::Zero()), at(end), 0.5 * end, Vec3::UnitX(),

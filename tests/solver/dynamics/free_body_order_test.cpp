@@ -244,7 +244,7 @@ TEST(FreeBodyOrder, AnyBodyOnAnyCarrier) {
       const bool is_slider = a.kind == Joint::Kind::translation;
       a.stiffness = random.uniform(5, 50) * (is_slider ? 1 : 0.01);
       a.damping = random.uniform(0, 2) * (is_slider ? 1 : 0.01);
-      a.rest = random.uniform(-0.05, 0.05);
+      a.spring_reference = random.uniform(-0.05, 0.05);
       in.rates.push_back(random.uniform(-0.5, 0.5));
     }
     if (!axes.empty() && member % 5 == 1) {  // keeps its speed
@@ -255,7 +255,7 @@ TEST(FreeBodyOrder, AnyBodyOnAnyCarrier) {
     if (!axes.empty() && member % 5 == 2) {  // pushes with all that it has
       Motor motor;
       motor.speed = 100;
-      motor.limit = axes[0].kind == Joint::Kind::translation ? 2 : 0.02;
+      motor.max_load = axes[0].kind == Joint::Kind::translation ? 2 : 0.02;
       axes[0].motors = {motor};
     }
     if (!axes.empty() && member % 5 == 3) {  // goes to a target

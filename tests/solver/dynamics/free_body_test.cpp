@@ -86,7 +86,7 @@ TEST(FreeBody, SliderOnSpringAndDamperFollowsTheClosedForm) {
   Joint axis = slider(Vec3::UnitX());
   axis.stiffness = 50;
   axis.damping = 0.8;
-  axis.rest = 0.1;
+  axis.spring_reference = 0.1;
   Solver solver(scene(free_frame(0.5, {0, 0, 0.3}, Mat3::Identity(), {axis})));
   scenes::run(solver, 1.0);
   const double decay = 0.8 / (2 * 0.5), omega = std::sqrt(50 / 0.5 - decay * decay);
@@ -112,7 +112,7 @@ TEST(FreeBody, DriveSpeedsUpByItsLimitThenHoldsItsSpeedExactly) {
   Joint axis = hinge(Vec3::UnitX());
   Motor motor;
   motor.speed = speed;
-  motor.limit = limit;
+  motor.max_load = limit;
   axis.motors = {motor};
   Solver solver(scene(free_frame(1, Vec3::Zero(), inertia * Mat3::Identity(), {axis})));
   scenes::run(solver, 0.1);
@@ -278,7 +278,7 @@ void add_plate(Model& model, int frame, const Vec3& center) {
 
 TEST(FreeBody, CubeOnAHingedPlateBendsItsSpring) {
   // Hinge along y at x = 0; the cube lies at x = 0.15: k q = m g x cos q, plate without weight of
-  // its own (hinged at its centre of mass).
+  // its own (hinged at its center of mass).
   Joint axis = hinge(Vec3::UnitY());
   axis.stiffness = 2;
   axis.damping = 0.05;
@@ -409,7 +409,7 @@ TEST(MotionFrames, RunsGoOnFromTheirState) {
   late.stop = 0.2;
   late.period = 0.1;
   late.speed = -2;
-  late.limit = 0.3;
+  late.max_load = 0.3;
   Motion swing;
   swing.profile = Motion::Profile::table;
   swing.times = {0, 0.1};

@@ -226,7 +226,7 @@ TEST(MotionLists, WayCoveredIsTheSumOfItsSteps) {
   }
 }
 
-// The centre of a later motion goes along: a disk that slides and turns stays a disk about its
+// The center of a later motion goes along: a disk that slides and turns stays a disk about its
 // axle.
 TEST(MotionLists, SlidingDiskTurnsAboutItsMovedCentre) {
   Motion slide, turn;

@@ -93,11 +93,11 @@ void check_solid(const std::string& family, std::uint64_t member, const Triangle
 #endif
   EXPECT_LE(shape.parts.size(), 64u);
   if (fits && fits_in_64_parts(family)) {
-    EXPECT_LE(shape.contact_deviation, 0.02 * edge) << shape.deviation_reason;
+    EXPECT_LE(shape.surface_deviation, 0.02 * edge) << shape.deviation_reason;
   } else {
-    EXPECT_TRUE(shape.contact_deviation <= (fits ? 0.02 : 0.025) * edge ||
+    EXPECT_TRUE(shape.surface_deviation <= (fits ? 0.02 : 0.025) * edge ||
                 shape.deviation_reason == "max_parts = 64 reached")
-        << shape.contact_deviation / edge << ", " << shape.deviation_reason;
+        << shape.surface_deviation / edge << ", " << shape.deviation_reason;
   }
   EXPECT_GE(shape.rounding, 1e-3 * edge);
   EXPECT_LE(shape.rounding, 0.02 * edge);
@@ -120,7 +120,7 @@ void check_solid(const std::string& family, std::uint64_t member, const Triangle
   const double margin = mesh.triangles.size() > 5000 ? 1.8e-3 * edge : 1e-6 * size;
   EXPECT_GE(sum, shape.volume - (margin + 1e-6 * size) * surface_area(mesh));
   const double exact = 1e-9 * shape.volume;
-  EXPECT_LE(sum, shape.volume + shape_of_pieces.contact_deviation * surface_area(mesh) + exact);
+  EXPECT_LE(sum, shape.volume + shape_of_pieces.surface_deviation * surface_area(mesh) + exact);
   const PointInMesh interior(mesh);
   Dice dice(member + 1);
   int inside = 0;
@@ -208,12 +208,12 @@ TEST_P(DividedSolidsLong, AreFilledAsWell) {
   }
 }
 
-// Rings of many triangles: neighbouring corners of their pieces nearly coincide.
+// Rings of many triangles: neighboring corners of their pieces nearly coincide.
 TEST(Decompose, RingsOfManyTriangles) {
   for (const auto& [around, across] : {std::pair{50, 32}, {62, 40}, {100, 40}}) {
     SCOPED_TRACE(around);
     const Shape ring = make_mesh(verification::meshes::torus(around, across), ice());
-    EXPECT_LE(ring.contact_deviation, 0.02 * ring.box.minCoeff()) << ring.deviation_reason;
+    EXPECT_LE(ring.surface_deviation, 0.02 * ring.box.minCoeff()) << ring.deviation_reason;
     EXPECT_LE(ring.parts.size(), 32u);
   }
 }
@@ -372,7 +372,7 @@ TEST(PointInMesh, OfATorusHasItsClosedForm) {
 // Cuts end at the concave edges of this star, where their rounded edges stand out.
 TEST(Deviation, OfCutsThatEndAtConcaveEdgesIsTheirRounding) {
   const Shape star = make_mesh(solid("star", 14), ice());
-  EXPECT_LE(star.contact_deviation, 0.02 * star.box.minCoeff());
+  EXPECT_LE(star.surface_deviation, 0.02 * star.box.minCoeff());
 }
 
 TEST(Deviation, CountsAVoidThatAHullSpans) {
@@ -381,7 +381,7 @@ TEST(Deviation, CountsAVoidThatAHullSpans) {
   options.max_parts = 1;
   const Shape shape = make_mesh(solid("plate with hole", 0), options);
   const double hole = 9e-3;
-  EXPECT_NEAR(shape.contact_deviation, hole, 0.1 * hole);
+  EXPECT_NEAR(shape.surface_deviation, hole, 0.1 * hole);
   EXPECT_EQ(shape.deviation_reason, "max_parts = 1 reached");
 }
 

@@ -50,8 +50,8 @@ TEST(Sphere, HasItsClosedForms) {
   EXPECT_DOUBLE_EQ(s.stiffness, 1e7 * 2 * r);
   EXPECT_TRUE(inspect(s.mesh).sound());
   // Triangles of a drawn sphere lie inside it by their sagitta, and nowhere outside.
-  EXPECT_GT(s.contact_deviation, 1e-3 * r);
-  EXPECT_LT(s.contact_deviation, 5e-3 * r);
+  EXPECT_GT(s.surface_deviation, 1e-3 * r);
+  EXPECT_LT(s.surface_deviation, 5e-3 * r);
 }
 
 TEST(Box, HasItsClosedForms) {
@@ -72,7 +72,7 @@ TEST(Box, DeviationIsThatOfARoundedCorner) {
   // The sphere of radius r in a corner stays sqrt(3) r - r away from it.
   const double rounding = 1e-3;
   const Shape s = make_box({0.03, 0.02, 0.01}, ice(rounding));
-  EXPECT_NEAR(s.contact_deviation, (std::sqrt(3.0) - 1) * rounding, 1e-15);
+  EXPECT_NEAR(s.surface_deviation, (std::sqrt(3.0) - 1) * rounding, 1e-15);
 }
 
 TEST(Box, OptionsOverrideMassSizeAndStiffness) {
@@ -244,7 +244,7 @@ TEST_P(CrescentParts, StayNearTheMesh) {
   // Flat pieces of dish and arc leave a distance of their own; the sweep adds that of its rounded
   // corners: where three faces meet at right angles, sqrt(3) - 1 of its radius.
   const double flat = parameters.parts == 1 ? 0.7e-3 : parameters.parts < 4 ? 0.35e-3 : 0.09e-3;
-  EXPECT_LT(shape.contact_deviation, flat + 0.8 * rounding);
+  EXPECT_LT(shape.surface_deviation, flat + 0.8 * rounding);
 }
 
 INSTANTIATE_TEST_SUITE_P(OneToTwelve, CrescentParts,
@@ -357,7 +357,7 @@ TEST(Rounding, DefaultKeepsEveryCornerNear) {
                                  {0, 0, 0.01 * height}},
                                 ice());
     const double edge = s.box.minCoeff();
-    EXPECT_LE(s.contact_deviation, 0.0181 * edge) << height;
+    EXPECT_LE(s.surface_deviation, 0.0181 * edge) << height;
     EXPECT_GT(s.rounding, 0) << height;
     EXPECT_LE(s.rounding, 0.02 * edge) << height;
   }
@@ -366,7 +366,7 @@ TEST(Rounding, DefaultKeepsEveryCornerNear) {
 TEST(Rounding, DefaultOfCrescentsKeepsThemNear) {
   for (const char* name : {"table1", "mass-matched", "table1-mass-override"}) {
     const Shape s = named(name, 1272);
-    EXPECT_LE(s.contact_deviation, 0.02 * s.box.minCoeff()) << name;
+    EXPECT_LE(s.surface_deviation, 0.02 * s.box.minCoeff()) << name;
     EXPECT_GE(s.rounding, 0.01 * s.box.minCoeff()) << name;
   }
 }
@@ -379,7 +379,7 @@ TEST(Mesh, ConvexOneIsASinglePart) {
   const Shape s = make_mesh(box.mesh, ice(1e-3));
   ASSERT_EQ(s.parts.size(), 1u);
   EXPECT_EQ(s.parts[0].vertex_count, 8);
-  EXPECT_NEAR(s.contact_deviation, box.contact_deviation, kMeshRounding * box.box.norm());
+  EXPECT_NEAR(s.surface_deviation, box.surface_deviation, kMeshRounding * box.box.norm());
 }
 
 int cuts(const Shape& shape) {
@@ -394,7 +394,7 @@ TEST(Mesh, StairsAreCutIntoTheirSteps) {
     EXPECT_EQ(static_cast<int>(s.parts.size()), steps);
     EXPECT_NEAR(s.volume, steps * (steps + 1) / 2, 1e-14 * s.volume);
     EXPECT_NEAR(core_volume(s), s.volume, 4 * kMeshRounding * s.volume);
-    EXPECT_LT(s.contact_deviation, kMeshRounding * s.box.norm());
+    EXPECT_LT(s.surface_deviation, kMeshRounding * s.box.norm());
   }
 }
 
@@ -404,14 +404,14 @@ TEST(Mesh, SeamOfAnLIsACutOnOneSideOnly) {
   const Shape s = make_mesh(stair(2), ice(rounding));
   EXPECT_EQ(cuts(s), 1);
   EXPECT_THAT(s.part_neighbors, testing::ElementsAre(3u, 3u));
-  EXPECT_NEAR(s.contact_deviation, (std::sqrt(3.0) - 1) * rounding, 1e-6);
+  EXPECT_NEAR(s.surface_deviation, (std::sqrt(3.0) - 1) * rounding, 1e-6);
 }
 
 TEST(Mesh, CrescentAsAnyMeshIsCutAsWell) {
   const Shape s = make_mesh(crescent_mesh({}), ice(0));
   const Shape made = make_crescent({}, ice());
   EXPECT_LE(s.parts.size(), 4u);
-  EXPECT_LT(s.contact_deviation, 0.02 * s.box.minCoeff());
+  EXPECT_LT(s.surface_deviation, 0.02 * s.box.minCoeff());
   EXPECT_EQ(s.mass, made.mass);
   EXPECT_NEAR(core_volume(s), s.volume, 2e-2 * s.volume);
 }
@@ -423,7 +423,7 @@ TEST(Mesh, OnePartIsTheHull) {
   const Shape s = make_mesh(crescent_mesh(p), options);
   ASSERT_EQ(s.parts.size(), 1u);
   // Deepest in the dish: the hull's flat top spans it. Samples lie within half a strip of there.
-  EXPECT_NEAR(s.contact_deviation, p.dish, 0.01 * p.dish);
+  EXPECT_NEAR(s.surface_deviation, p.dish, 0.01 * p.dish);
 }
 
 TEST(Mesh, TooManyTrianglesAreRefused) {

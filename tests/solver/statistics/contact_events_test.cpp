@@ -61,8 +61,8 @@ TEST(Events, ImpactOfASphereHasTheClosedForms) {
     EXPECT_NEAR(event.normal_impulse, (1 + e) * kMass * v, 2e-3 * kMass * v);
     EXPECT_NEAR(event.impulse.z(), event.normal_impulse, 1e-12 * kMass);
     EXPECT_EQ(event.tangential_impulse, 0);
-    EXPECT_NEAR(event.approach_normal, v, 1e-12);
-    EXPECT_NEAR(event.approach_tangential, 0, 1e-12);
+    EXPECT_NEAR(event.impact_velocity_normal, v, 1e-12);
+    EXPECT_NEAR(event.impact_velocity_tangential, 0, 1e-12);
     EXPECT_NEAR(event.dissipated, 0.5 * kMass * v * v * (1 - e * e), 2e-3 * 0.5 * kMass * v * v);
     EXPECT_LT((event.normal + Vec3::UnitZ()).norm(), 1e-12);
     // The lowest point of the ball, wherever it is in its own axes.
@@ -82,8 +82,8 @@ TEST(Events, ObliqueImpactHasItsFriction) {
   const std::vector<ContactEvent> events = solver.take_events();
   ASSERT_EQ(events.size(), 1u);
   const ContactEvent& event = events[0];
-  EXPECT_NEAR(event.approach_normal, kDown, 1e-12);
-  EXPECT_NEAR(event.approach_tangential, kAlong, 1e-12);
+  EXPECT_NEAR(event.impact_velocity_normal, kDown, 1e-12);
+  EXPECT_NEAR(event.impact_velocity_tangential, kAlong, 1e-12);
   EXPECT_NEAR(event.tangential_impulse, kMu * event.normal_impulse, 0.01 * event.normal_impulse);
   EXPECT_NEAR(event.impulse.x(), -event.tangential_impulse, 1e-12);
   EXPECT_NEAR(event.peak_friction, kMu * event.peak_normal_force, 1e-9 * event.peak_normal_force);
@@ -111,9 +111,10 @@ TEST(Events, ShortGapsAreMerged) {
     } else {
       // It flies for 2 v / g between two bounces, v falling by 0.8 each time.
       EXPECT_GE(events.size(), 4u);
-      EXPECT_NEAR(events[0].approach_normal, std::sqrt(2 * 9.81 * 1e-3), 1e-3);
+      EXPECT_NEAR(events[0].impact_velocity_normal, std::sqrt(2 * 9.81 * 1e-3), 1e-3);
       for (std::size_t k = 1; k < 4; ++k)
-        EXPECT_NEAR(events[k].approach_normal / events[k - 1].approach_normal, 0.8, 0.05);
+        EXPECT_NEAR(events[k].impact_velocity_normal / events[k - 1].impact_velocity_normal, 0.8,
+                    0.05);
     }
     const double fallen = kMass * (9.81 * 0.1 + solver.particles().velocity[0].z());
     EXPECT_NEAR(impulse, fallen, 0.01 * fallen);

@@ -152,7 +152,7 @@ Model pushed_blocks(Random& random, int blocks) {
     if (k == 0) {
       along.motors.push_back({});
       along.motors[0].speed = random.uniform(0.05, 0.2);
-      along.motors[0].limit = 20;
+      along.motors[0].max_load = 20;
       along.motors[0].no_load_speed = 1;
     }
     const std::string name = "block " + std::to_string(k);

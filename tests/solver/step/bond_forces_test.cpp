@@ -50,7 +50,7 @@ Model row(int count, const BeamLaw& law) {
   return model;
 }
 
-// Two boxes whose bridge lies between their centres.
+// Two boxes whose bridge lies between their centers.
 Model straight_pair(const BeamLaw& law) {
   Model model = row(2, law);
   model.bonds[0] = make_bond(0, 1, 0, kLength, stands(place(0)), stands(place(1)), 0.5 * place(1),

@@ -18,7 +18,7 @@ Model workshop() {
   Joint pivot = hinge(Vec3::UnitY());
   pivot.motors.push_back({});
   pivot.motors[0].speed = 2;
-  pivot.motors[0].limit = 0.3;
+  pivot.motors[0].max_load = 0.3;
   pivot.motors[0].no_load_speed = 5;
   pivot.armature = 1e-4;
   const int lever =

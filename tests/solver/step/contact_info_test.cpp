@@ -113,7 +113,7 @@ TEST(Contacts, ListedForcesAreThoseThatMoveTheBodies) {
       for (int i = 0; i < 20; ++i) {
         const Solver::Load used = solver.load(i);
         EXPECT_LE((force[i] - used.force).norm(), 1e-12 * largest) << "particle " << i;
-        // Levers are centimetres.
+        // Levers are centimeters.
         EXPECT_LE((moment[i] - used.moment).norm(), 1e-13 * largest) << "particle " << i;
       }
     }

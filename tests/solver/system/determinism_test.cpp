@@ -361,12 +361,12 @@ double rebound(const Vec3& down, double restitution) {
   double lowest = 0;
   for (const Vec3& vertex : shape.mesh.vertices)
     lowest = std::min(lowest, (turn * (vertex - shape.centroid)).z());
-  solver.insert(0, {0, 0, shape.contact_deviation + 1e-5 - lowest}, turn, {0, 0, -1}, Vec3::Zero());
+  solver.insert(0, {0, 0, shape.surface_deviation + 1e-5 - lowest}, turn, {0, 0, -1}, Vec3::Zero());
   scenes::run(solver, 0.01);
   return solver.particles().velocity[0].z();
 }
 
-// On its bottom and on its rim the contact is symmetric about the centre of mass, so the rebound is
+// On its bottom and on its rim the contact is symmetric about the center of mass, so the rebound is
 // the restitution, floor included (0.3 -> 0.3014, 0.5 -> 0.5006).
 TEST(Crescent, DroppedOnBottomOrRimReboundsWithTheRestitution) {
   for (const Vec3& down : {Vec3(0, 0, -1), Vec3(0, 0, 1)}) {
@@ -376,7 +376,7 @@ TEST(Crescent, DroppedOnBottomOrRimReboundsWithTheRestitution) {
   }
 }
 
-// On its leaning side the centre of the face is not below the centre of mass: the body turns a
+// On its leaning side the center of the face is not below the center of mass: the body turns a
 // little and keeps somewhat less speed.
 TEST(Crescent, DroppedFlatOnItsSideReboundsWithTheRestitution) {
   const double draft = CrescentParameters{}.draft;
@@ -385,7 +385,7 @@ TEST(Crescent, DroppedFlatOnItsSideReboundsWithTheRestitution) {
 }
 
 // Two crescents, side face on side face with 10 um of overlap, after one step from rest: the
-// impulse and its moment on the first, about its centre of mass.
+// impulse and its moment on the first, about its center of mass.
 struct Push {
   Vec3 impulse, moment;
 };

@@ -23,7 +23,7 @@ std::vector<Check> motor() {
   axis.armature = kRotor;
   axis.motors.push_back({});
   axis.motors[0].speed = kNoLoad;
-  axis.motors[0].limit = kStall;
+  axis.motors[0].max_load = kStall;
   axis.motors[0].no_load_speed = kNoLoad;
   const int frame = add_mover(model, "lever", 1, Vec3::Zero(), Vec3::Constant(kOwn), {axis});
   const int tip = add_ball(model, "tip", {kArm, 0, 0}, kRadius, frame);

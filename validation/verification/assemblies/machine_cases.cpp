@@ -18,7 +18,7 @@ using namespace scenes;
 // A hammer on a hinge strikes a wall without gravity.
 std::vector<Check> hammer() {
   constexpr double kArm = 0.3, kRadius = 0.02, kMass = 0.4, kOwn = 2e-3, kStiffness = 1e5;
-  constexpr double kInertia = kOwn + kMass * 0.04;  // about the hinge, 0.2 m from the centre
+  constexpr double kInertia = kOwn + kMass * 0.04;  // about the hinge, 0.2 m from the center
   LargestError rebound("rate after over before", 0.01), peak("largest force", 0.005);
   LargestError loss("energy lost", 0.01);
   for (const double e : {1.0, 0.8, 0.5, 0.2}) {
@@ -118,7 +118,7 @@ Pull pull_drawer(const Drawer& d, double friction, bool damping) {
   Joint turning = hinge(Vec3::UnitZ());
   along.motors.push_back({});
   along.motors[0].speed = 1e3;  // never reached: a force
-  along.motors[0].limit = kForce;
+  along.motors[0].max_load = kForce;
   across.damping = damping ? 500 : 0;
   turning.damping = damping ? 20 : 0;
   const Vec3 inertia = box_inertia(kMass, {d.length, d.width, 0.1});
@@ -194,7 +194,7 @@ Rest arm_on_slide(double friction, double reach, double height, double speed, do
   Joint along = slider(Vec3::UnitX());
   along.motors.push_back({});
   along.motors[0].speed = speed;
-  along.motors[0].limit = limit;
+  along.motors[0].max_load = limit;
   const int slide = add_mover(model, "slide", 0.5, {0, 0, -0.05}, Vec3::Constant(1e-3), {along});
   const int tip = add_ball(model, "tip", {reach, 0, kRadius}, kRadius, arm);
   const int bed = add_panel(model, "bed", {-1, -0.1, -0.1}, {1, 0.1, 0});

@@ -20,7 +20,7 @@ struct Column {
 };
 
 // Slope, deg, of the heap that `model`'s one shape leaves: of the wedge against the wall whose
-// centre of mass lies where that of the bodies does, H / 3 up and L / 3 out. Nothing is fitted, and
+// center of mass lies where that of the bodies does, H / 3 up and L / 3 out. Nothing is fitted, and
 // a cliff or a tongue counts as what it weighs.
 double wedge(Model model, const Column& c, std::uint64_t seed) {
   add_particles(model, 0, c.count);
@@ -164,7 +164,7 @@ std::vector<VerificationCase> repose_cases() {
        "resistance, falls with the thickness of the box, and hardly depends on stiffness, "
        "density or restitution",
        "A column of 300 dodecahedra (friction 0.4 unless said) of 6 by 5 diameters collapses "
-       "when its gate goes; the slope is that of the wedge with the same centre of mass. Means "
+       "when its gate goes; the slope is that of the wedge with the same center of mass. Means "
        "of 4 seeds; a rise is one of three standard errors at least, and no dependence is a "
        "difference of less than a degree and two standard errors. Beyond 0.4 friction matters "
        "little, as bodies roll before they slide: it is asked only that the slope does not fall.",

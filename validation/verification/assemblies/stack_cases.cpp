@@ -80,7 +80,7 @@ std::vector<Check> loaded_stack() {
   return checks;
 }
 
-// Inelastic cubes dropped on each other by 20 micrometres: forces at the interfaces, meant over one
+// Inelastic cubes dropped on each other by 20 micrometers: forces at the interfaces, meant over one
 // second, and what the floor's impulse and the momentum say of the lowest.
 std::vector<Check> dropped_stack() {
   Model model = cubes_model(0.3);
@@ -253,7 +253,7 @@ std::vector<VerificationCase> structure_cases() {
            "the floor's impulse is weight times time and the gain of momentum",
        .remark =
            "The law reloads without loss below the largest force so far, so that a stack that "
-           "nothing tilts keeps a longitudinal ring of micrometres for good (its energy is "
+           "nothing tilts keeps a longitudinal ring of micrometers for good (its energy is "
            "bounded by the drop's): means over a second, to 0.2 % of the "
            "weight, what a ring of 4 mm/s can carry across its ends. Floor impulse and momentum "
            "agree to two steps of the window.",
@@ -263,9 +263,9 @@ std::vector<VerificationCase> structure_cases() {
        .title = "Pile of ten nested crescents",
        .reference = "at rest: no motion",
        .remark =
-           "Concave bodies that touch along whole faces, friction 0.1. 10 micrometres in half a "
+           "Concave bodies that touch along whole faces, friction 0.1. 10 micrometers in half a "
            "second allow for what a ring of the elastic springs moves; a kinetic energy of the "
-           "weight times a micrometre likewise.",
+           "weight times a micrometer likewise.",
        .tier = Tier::quick,
        .run = nested_pile},
       {.name = "structure.overhang",

@@ -387,7 +387,7 @@ std::vector<VerificationCase> deep_cases() {
        .title = "100 000 steps of a settled pile of crescents",
        .reference = "a pile at rest stays as it is",
        .remark = "24 crescents in a box, 1.5 s to settle. Hysteretic contacts may still give way "
-                 "by micrometres: 10 um in 1 s.",
+                 "by micrometers: 10 um in 1 s.",
        .tier = Tier::full,
        .run = pile}};
 }

@@ -20,7 +20,7 @@ ShapeOptions ice() { return scenes::ice_options(0, 0, -1); }
 
 // --- Drops of odd shapes. ------------------------------------------------------------------------
 
-// Height of the centre of mass over the lowest point of the mesh, turned.
+// Height of the center of mass over the lowest point of the mesh, turned.
 double height_over_lowest(const Shape& shape, const Quat& turn) {
   double lowest = 0;
   for (const Vec3& v : shape.mesh.vertices)
@@ -75,7 +75,7 @@ Rest drop(const Shape& shape, double friction) {
 struct Odd {
   std::string name;
   std::function<Shape()> make;
-  bool flat;  // its lowest feature is a face, centred below the centre of mass
+  bool flat;  // its lowest feature is a face, centered below the center of mass
 };
 
 std::vector<Odd> odd_shapes() {
@@ -115,7 +115,7 @@ std::vector<Check> drops() {
         {.what = odd.name + ": lowest corner of the mesh over the plane, over the size",
          .measured = rest.height,
          .expected = 0,
-         .tolerance = 2e-3 + shape.contact_deviation / shape.bounding_radius,
+         .tolerance = 2e-3 + shape.surface_deviation / shape.bounding_radius,
          .bound = Bound::absolute});
   }
   return checks;
@@ -200,7 +200,7 @@ std::vector<Check> fine_meshes() {
                       .expected = 12,
                       .bound = Bound::at_most});
     checks.push_back({.what = what + "deviation of the parts from the mesh",
-                      .measured = cut.contact_deviation,
+                      .measured = cut.surface_deviation,
                       .expected = 0.02 * cut.box.minCoeff(),
                       .bound = Bound::at_most,
                       .unit = "m"});
@@ -217,7 +217,7 @@ std::vector<Check> fine_meshes() {
     const double half_edge = std::numbers::pi * radius / up;
     checks.push_back({.what = fmt::format("ball of {} facets: deviation of the part from the mesh",
                                           ball.mesh.triangles.size()),
-                      .measured = ball.contact_deviation,
+                      .measured = ball.surface_deviation,
                       .expected = ball.rounding + half_edge * half_edge / radius,
                       .bound = Bound::at_most,
                       .unit = "m"});
@@ -234,7 +234,7 @@ std::vector<Check> fine_meshes() {
                     .expected = 64,
                     .bound = Bound::at_most});
   checks.push_back({.what = "ring of 20000 facets: deviation over the thickness of the ring",
-                    .measured = ring.contact_deviation / 8e-3,
+                    .measured = ring.surface_deviation / 8e-3,
                     .expected = 0.02,
                     .bound = Bound::at_most});
   return checks;

@@ -161,11 +161,11 @@ std::vector<Check> other_units() {
   t = {};
   t.length = 100;
   t.mass = 1000;
-  checks.push_back(check("centimetre, gram, second", t, reference, kFall, 1e-6));
+  checks.push_back(check("centimeter, gram, second", t, reference, kFall, 1e-6));
   t = {};
   t.length = 1e-3;
   t.time = 0.1;
-  checks.push_back(check("kilometre, kilogram, ten seconds", t, reference, kFall, 1e-6));
+  checks.push_back(check("kilometer, kilogram, ten seconds", t, reference, kFall, 1e-6));
   return checks;
 }
 
@@ -291,10 +291,10 @@ std::vector<VerificationCase> invariance_cases() {
        "rounding decides when they are searched.",
        Tier::quick, other_axes},
       {"invariance.mirror", "Mirrored", "the same scene in the first axes",
-       "A friction or a spin of the wrong hand would move the bodies by centimetres.", Tier::quick,
+       "A friction or a spin of the wrong hand would move the bodies by centimeters.", Tier::quick,
        mirrored},
       {"invariance.units", "In other units of length, mass and time",
-       "the same scene in SI: nothing in the solver knows what a metre is", "", Tier::quick,
+       "the same scene in SI: nothing in the solver knows what a meter is", "", Tier::quick,
        other_units},
       {"invariance.order", "Particles numbered otherwise", "the same scene in the first order",
        "Sums are taken in another order: equal to rounding.", Tier::quick, other_order},

@@ -166,7 +166,7 @@ std::vector<Wall> floors() {
 }
 
 struct Travel {
-  Vec3 place = Vec3::Zero();  // m, of the centre of mass at the end
+  Vec3 place = Vec3::Zero();  // m, of the center of mass at the end
   double highest = 0;         // m, of it on the way
 };
 
@@ -278,7 +278,7 @@ std::vector<VerificationCase> mesh_cases() {
        .title = "A crescent of 68 to 5000 facets and 2 to 12 parts",
        .reference = "force and torque of the one of 1272 facets and 4 parts",
        .remark = "0.2 mm overlap. The force is K times the overlap of the lowest place whatever "
-                 "the mesh; its centre moves with the outline of the touching area, which "
+                 "the mesh; its center moves with the outline of the touching area, which "
                  "differs by the facets' sagittae: 1.5 % of the lever, as the crescents' "
                  "volume does at 68 facets.",
        .tier = Tier::quick,

@@ -144,7 +144,7 @@ double tilt_stiffness(const Shape& shape, const Boundary& floor, const Vec3& pla
   model.timestep = 1e-7;
   const auto moment = [&](double by) {
     const Quat turn(Eigen::AngleAxisd(by, axis));
-    const Vec3 arm = turn * Vec3(0, 0, -kEdge / 2);  // middle of the face, from the centre of mass
+    const Vec3 arm = turn * Vec3(0, 0, -kEdge / 2);  // middle of the face, from the center of mass
     Solver solver(model);
     solver.insert(0, place - arm - Vec3(0, 0, overlap), turn, Vec3::Zero(), Vec3::Zero());
     solver.step();

@@ -124,7 +124,7 @@ std::vector<Check> stopping() {
     const std::string scene = fmt::format("{} m/s, mu = {}: ", speed, mu);
     checks.push_back(
         {scene + "way", stop, speed * speed / (2 * mu * kGravity), 2e-3, Bound::relative, "m"});
-    // The block nods on its springs, which moves its centre of mass a little.
+    // The block nods on its springs, which moves its center of mass a little.
     checks.push_back({scene + "time", stopped, time, 1e-3, Bound::absolute, "s"});
     scenes::run(solver, 0.3);
     checks.push_back({scene + "creep after", std::abs(solver.particles().position[0].x() - stop),
@@ -190,7 +190,7 @@ std::vector<Check> spin_down() {
 
 // Coulomb friction on a uniform rectangle that slides at `speed` (m/s) at an angle (rad) to its
 // first edge and turns at `spin` (rad/s): integrated over the face at every step. Returns the
-// displacement of its centre (m) until both have stopped.
+// displacement of its center (m) until both have stopped.
 Eigen::Vector2d integrated_way(double a, double b, double mu, double speed, double angle,
                                double spin) {
   constexpr int kCells = 40;
@@ -222,7 +222,7 @@ Eigen::Vector2d integrated_way(double a, double b, double mu, double speed, doub
   return way;
 }
 
-// Displacement (m) of the centre of a plate of edges `a` and `b` (m) until it has come to rest,
+// Displacement (m) of the center of a plate of edges `a` and `b` (m) until it has come to rest,
 // flat on z = 0, so that friction at its foot does not shift the load. Speed in m/s at an angle
 // (rad) to its first edge, spin in rad/s.
 Eigen::Vector2d simulated_way(double a, double b, double mu, double speed, double angle,

@@ -1,4 +1,4 @@
-// One rigid body: free flight, and impacts off its centre.
+// One rigid body: free flight, and impacts off its center.
 #include <array>
 #include <cmath>
 

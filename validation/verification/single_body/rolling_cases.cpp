@@ -24,7 +24,7 @@ Shape prism(int sides, double radius, double stiffness, double rounding) {
   return make_convex(corners, scenes::ice_options(1, stiffness, rounding));
 }
 
-// A body whose centre stands `height` above a base of half length `half`: the resultant leaves the
+// A body whose center stands `height` above a base of half length `half`: the resultant leaves the
 // support at tan(angle) = half / height. The plane creeps up to the angle so that the load does not
 // set the body rocking.
 bool tips(const Shape& shape, double half, double height, double off) {
@@ -215,7 +215,7 @@ std::vector<Check> rolling() {
 std::vector<VerificationCase> rolling_cases() {
   return {
       {"body.tipping", "Boxes and prisms on an incline go over their edge",
-       "tan(angle) = half the base / height of the centre; 180/n degrees for a regular prism",
+       "tan(angle) = half the base / height of the center; 180/n degrees for a regular prism",
        "0.15 degrees below it stands, 0.15 above it goes over. Edges rounded by 10 um narrow the "
        "base by 0.01 degrees. The stiffness is 1e7 N/m: "
        "springs that ring after the set-down must not carry the body over the edge.",
