@@ -448,10 +448,13 @@ TEST_F(CrashTest, PowerFailureBetweenTwoWritesLosesNoState) {
   lose_power(12, 4);
 }
 
-TEST_F(CrashTestLong, PowerFailureBetweenTwoWritesLosesNoState) {
+// In pieces that each end within the time limit of a test.
+class PowerFailureLong : public CrashTest, public testing::WithParamInterface<unsigned> {};
+TEST_P(PowerFailureLong, BetweenTwoWritesLosesNoState) {
   if (!io_shim_works()) GTEST_SKIP() << "not into a program with the thread sanitizer";
-  for (unsigned seed = 4; seed < 7; ++seed) lose_power(kAll, seed);
+  lose_power(kAll, GetParam());
 }
+INSTANTIATE_TEST_SUITE_P(Seeds, PowerFailureLong, testing::Range(4u, 7u));
 
 // Processes of a batch share the count of calls: its own writes fail, and those of its runs.
 void CrashTest::meet_faults_of(const std::vector<std::string>& command, int tries, unsigned seed) {

@@ -144,7 +144,12 @@ class DamagedResults : public testing::Test {
 TEST_F(DamagedResults, EndInOneLine) { try_members(1, 150); }
 
 using DamagedResultsLong = DamagedResults;
-TEST_F(DamagedResultsLong, EndInOneLine) { try_members(1000000, 6000); }
+// In pieces that each end within the time limit of a test.
+class DamagedMembersLong : public DamagedResults,
+                           public testing::WithParamInterface<std::uint64_t> {};
+TEST_P(DamagedMembersLong, EndInOneLine) { try_members(1000000 + 750 * GetParam(), 750); }
+INSTANTIATE_TEST_SUITE_P(Members, DamagedMembersLong,
+                         testing::Range(std::uint64_t{0}, std::uint64_t{8}));
 
 // Every command that opens results files, over files that break the schema.
 TEST_F(DamagedResults, AreNamedByEveryCommand) {
@@ -263,9 +268,9 @@ TEST_F(ResultsGuard, RepeatsACheckThatWasEndedFromOutside) {
               "")
         << signal;
     EXPECT_EQ(lines(read_text(calls)), 3u) << signal;
-    EXPECT_THAT([&] { message_with("kill -" + signal + " $$\n"); },
-                testing::ThrowsMessage<RunError>(
-                    HasSubstr("RUN.h5: the process that checks it: signal ")))
+    EXPECT_THAT(
+        [&] { message_with("kill -" + signal + " $$\n"); },
+        testing::ThrowsMessage<RunError>(HasSubstr("RUN.h5: the process that checks it: signal ")))
         << signal;
   }
 }

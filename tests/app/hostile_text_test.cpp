@@ -653,16 +653,31 @@ TEST(HostileText, PathsThatNoSystemTakesAreOneLine) {
     }
 }
 
-TEST(HostileTextLong, EveryTextInEveryField) {
-  const std::size_t all = all_texts().size();
-  Fields(all).cases();
-  Fields(all).batches("sweep", "sweep.toml", sweep_file, "sweep.toml");
-  Fields(all).batches("calibrate", "study.toml", study_file, "study.toml");
-  Fields(all).batches("validate", "suite.toml", suite_file, "suite.toml");
-  Fields(all).batches("validate", "mass.toml", mass_file, "suite.toml");
-  Fields(all).batches("validate", "claims.toml", claims_file, "suite.toml");
-  Fields(all).records();
+Fields all_texts_in_fields() { return Fields(all_texts().size()); }
+
+TEST(HostileTextLong, EveryTextInCases) { all_texts_in_fields().cases(); }
+
+TEST(HostileTextLong, EveryTextInSweeps) {
+  all_texts_in_fields().batches("sweep", "sweep.toml", sweep_file, "sweep.toml");
 }
+
+TEST(HostileTextLong, EveryTextInStudies) {
+  all_texts_in_fields().batches("calibrate", "study.toml", study_file, "study.toml");
+}
+
+TEST(HostileTextLong, EveryTextInSuites) {
+  all_texts_in_fields().batches("validate", "suite.toml", suite_file, "suite.toml");
+}
+
+TEST(HostileTextLong, EveryTextInMeasurements) {
+  all_texts_in_fields().batches("validate", "mass.toml", mass_file, "suite.toml");
+}
+
+TEST(HostileTextLong, EveryTextInClaims) {
+  all_texts_in_fields().batches("validate", "claims.toml", claims_file, "suite.toml");
+}
+
+TEST(HostileTextLong, EveryTextInRecords) { all_texts_in_fields().records(); }
 
 TEST(HostileTextLong, TextsInEveryResultsFile) { Fields(12).results_files(); }
 
