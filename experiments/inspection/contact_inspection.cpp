@@ -128,7 +128,7 @@ Solver::Load all_on(const Solver& solver, const std::vector<Contact>& contacts, 
 ForceBalance force_balance(const Solver& solver, int particle) {
   const Model& model = solver.model();
   const double mass = shape_of(model, particle).mass, dt = model.timestep;
-  Solver next(model);
+  Solver next(unowned(model), 0);
   next.restore(solver.save());
   next.step();
   const std::vector<Contact> contacts = solver.contacts();

@@ -219,7 +219,8 @@ class BoundaryPairs {
   std::vector<Extents> extents_;  // [boundaries]
 };
 
-// The case without particles, as a machine that can be turned by hand.
+// The case without particles, as a machine that can be turned by hand. What validate() accepts with
+// particles, it accepts without them.
 Model bare(const Case& c) {
   Model model = c.model;
   model.particles.clear();
@@ -287,9 +288,10 @@ std::vector<Path> paths_of(const Case& c) {
   return paths;
 }
 
-// Poses of the start, with the coordinates of free frames in words the held model understands.
-void start_held(Solver& solver, const Case& c) {
-  Solver whole(bare(c));
+// Poses of the start, found with `machine`, the bare() case, with the coordinates of free frames in
+// words the held model understands.
+void start_held(Solver& solver, const Case& c, const std::shared_ptr<const Model>& machine) {
+  Solver whole(machine, 0);
   for (const FrameStart& start : c.frame_starts) whole.start_frame(start);
   const std::vector<FrameState> frames = whole.frames();
   for (FrameStart start : c.frame_starts) {
@@ -299,7 +301,8 @@ void start_held(Solver& solver, const Case& c) {
   }
 }
 
-void follow(const Case& c, const Path& path, BoundaryPairs& pairs) {
+void follow(const Case& c, const std::shared_ptr<const Model>& machine, const Path& path,
+            BoundaryPairs& pairs) {
   Model model = held(c);
   model.timestep = path.length / kSamples;
   if (!path.name.empty()) {
@@ -307,7 +310,7 @@ void follow(const Case& c, const Path& path, BoundaryPairs& pairs) {
     for (Boundary& boundary : model.boundaries) boundary.motions.clear();
   }
   Solver solver(std::move(model));
-  start_held(solver, c);
+  start_held(solver, c, machine);
   for (const auto& [frame, motion] : path.frames) solver.add_frame_motion(frame, motion);
   for (const auto& [boundary, motion] : path.boundaries) solver.add_motion(boundary, motion);
   for (int k = 0; k < kSamples; ++k) {
@@ -337,14 +340,14 @@ std::pair<double, double> reach_of(const Case& c, int frame, int number) {
   return {std::max(low, axis.lower), std::min(high, axis.upper)};
 }
 
-void drive_through(const Case& c, int frame, BoundaryPairs& pairs) {
+void drive_through(const Case& c, const std::shared_ptr<const Model>& machine, int frame,
+                   BoundaryPairs& pairs) {
   const MotionFrame& f = c.model.frames[index(frame)];
-  const Model model = bare(c);
   for (std::size_t axis = 0; axis < f.free->joints.size(); ++axis) {
     const auto [low, high] = reach_of(c, frame, static_cast<int>(axis));
     if (!(high > low)) continue;
     for (int k = 0; k <= kSamples; ++k) {
-      Solver solver(model);
+      Solver solver(machine, 0);
       for (const FrameStart& start : c.frame_starts)
         if (start.frame < frame) solver.start_frame(start);
       FrameStart at;
@@ -385,14 +388,15 @@ bool is_coupled(const Case& c, int frame) {
 void check_boundaries(const Case& c) {
   BoundaryPairs pairs(c);
   if (pairs.none()) return;
+  const auto machine = std::make_shared<const Model>(bare(c));
   Solver start(held(c));
-  start_held(start, c);
+  start_held(start, c, machine);
   pairs.look(start.boundaries(), "at the start", nullptr, true);
   for (const Path& path : paths_of(c))
-    if (path.length > 0) follow(c, path, pairs);
+    if (path.length > 0) follow(c, machine, path, pairs);
   for (std::size_t f = 0; f < c.model.frames.size(); ++f)
     if (c.model.frames[f].free && !is_coupled(c, static_cast<int>(f)))
-      drive_through(c, static_cast<int>(f), pairs);
+      drive_through(c, machine, static_cast<int>(f), pairs);
 }
 
 void check_particles(const Case& c) {

@@ -278,7 +278,7 @@ ScenePoses scene_poses(const Case& c, int most) {
   const std::vector<TimedStage> stages = timed_stages(c);
   for (const TimedStage& timed : stages) poses.stages.push_back({timed.stage->name, timed.start});
 
-  Solver solver(c.model);
+  Solver solver(unowned(c.model), 0);
   place_start(solver, c);
   const Case first = with_first_batches_at_once(c, most);
   ParticleFlow flow(first);

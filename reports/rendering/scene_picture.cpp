@@ -374,7 +374,7 @@ std::vector<ScenePicture::Wall> walls_at_start(const Case& c, const Solver& star
 }  // namespace
 
 void draw_boundary(const Case& c, const std::string& name, const std::string& file) {
-  Solver start(c.model);
+  Solver start(unowned(c.model), 0);
   place_start(start, c);
   ScenePicture picture;
   picture.title = name;
@@ -386,7 +386,7 @@ void draw_boundary(const Case& c, const std::string& name, const std::string& fi
 void draw_scene(const Case& c, const std::string& file) {
   ScenePicture picture;
   picture.title = c.name;
-  Solver start(c.model);
+  Solver start(unowned(c.model), 0);
   place_start(start, c);
   picture.walls = walls_at_start(c, start);
   for (const Case::Placed& p : c.placed) {

@@ -57,6 +57,11 @@ struct Contact {
 // InputError when the selected one is not available.
 std::string instruction_set();
 
+// A pointer for solvers that share `model`. It does not own the model, which must outlive them.
+inline std::shared_ptr<const Model> unowned(const Model& model) {
+  return {std::shared_ptr<const Model>(), &model};
+}
+
 class Solver {
  public:
   struct Load {
