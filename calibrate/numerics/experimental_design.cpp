@@ -6,6 +6,8 @@
 #include <numeric>
 #include <random>
 
+#include "experiments/analysis/random_stream.h"
+
 namespace firn {
 namespace {
 
@@ -14,11 +16,9 @@ using Eigen::VectorXd;
 constexpr int trials = 2000;
 constexpr double edge = 0.05;  // distance of the outermost levels from the faces
 
-// Uniform in 0 ... n - 1; the standard distributions differ between libraries.
-std::size_t below(std::mt19937_64& random, std::size_t n) { return random() % n; }
-
 void shuffle(std::vector<std::size_t>& order, std::mt19937_64& random) {
-  for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[below(random, i)]);
+  for (std::size_t i = order.size(); i > 1; --i)
+    std::swap(order[i - 1], order[random_below_by_remainder(random, i)]);
 }
 
 std::size_t next_prime(std::size_t n) {

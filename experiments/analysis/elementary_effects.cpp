@@ -16,10 +16,6 @@ namespace {
 
 constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 
-std::size_t random_below(std::mt19937_64& random, std::size_t count) {
-  return static_cast<std::size_t>(uniform_half_open(random) * static_cast<double>(count));
-}
-
 // Part of a factor's range that a step covers.
 double step_size(std::size_t levels) {
   return static_cast<double>(levels / 2) / static_cast<double>(levels - 1);
@@ -63,10 +59,10 @@ ScreeningDesign screening_design(const std::vector<std::size_t>& levels, int tra
   };
   for (int t = 0; t < trajectories; ++t) {
     std::vector<std::size_t> point, order(levels.size());
-    for (const std::size_t n : levels) point.push_back(random_below(random, n));
+    for (const std::size_t n : levels) point.push_back(random_below_by_scaling(random, n));
     std::iota(order.begin(), order.end(), std::size_t{0});
     for (std::size_t i = order.size(); i > 1; --i)
-      std::swap(order[i - 1], order[random_below(random, i)]);
+      std::swap(order[i - 1], order[random_below_by_scaling(random, i)]);
     std::vector<ScreeningStep>& steps = design.trajectories.emplace_back();
     std::size_t here = number_of(point);
     for (const std::size_t factor : order) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <numbers>
 #include <random>
@@ -19,6 +20,15 @@ inline double uniform_half_open(std::mt19937_64& random) {
 // Uniform in (0, 1), so that the logarithm is finite.
 inline double uniform_open(std::mt19937_64& random) {
   return (static_cast<double>(random() >> 11) + 0.5) * 0x1p-53;
+}
+
+// Integers in 0 ... count - 1. The two functions give different numbers from the same generator.
+// Results of earlier versions depend on both.
+inline std::size_t random_below_by_remainder(std::mt19937_64& random, std::size_t count) {
+  return random() % count;
+}
+inline std::size_t random_below_by_scaling(std::mt19937_64& random, std::size_t count) {
+  return static_cast<std::size_t>(uniform_half_open(random) * static_cast<double>(count));
 }
 
 // Standard normal deviate (Box and Muller 1958).
