@@ -158,7 +158,7 @@ KickResult integrate_free_body(const FreeBody& body, const Vec3& origin,
         const bool holds =
             motor->acts(t) &&
             is_at(rate, motor_target_rate(*motor, motion.coordinate[k], dt, HalfKick::second));
-        if (holds) drive_given[k] += hold(k, h * motor->limit);
+        if (holds) drive_given[k] += hold(k, h * motor->max_load);
       }
     }
   }
