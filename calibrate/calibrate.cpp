@@ -95,28 +95,6 @@ StudySummary summarize(const Study& study, CalibrationResult& result, Journal& j
 
 }  // namespace
 
-const char* to_string(StudyVerdict verdict) {
-  switch (verdict) {
-    case StudyVerdict::calibrated:
-      return "calibrated";
-    case StudyVerdict::not_identifiable:
-      return "not identifiable";
-    case StudyVerdict::unconfirmed:
-      return "unconfirmed";
-    case StudyVerdict::infeasible:
-      return "infeasible";
-    case StudyVerdict::prior_conflict:
-      return "prior conflict";
-    case StudyVerdict::direct_search_only:
-      return "direct search only";
-    case StudyVerdict::too_few_runs:
-      return "too few runs";
-    case StudyVerdict::interrupted:
-      return "interrupted";
-  }
-  return "";
-}
-
 int StudySummary::exit_status() const {
   if (verdict == StudyVerdict::interrupted) return 130;
   return verdict == StudyVerdict::too_few_runs ? 1 : 0;

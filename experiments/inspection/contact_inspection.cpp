@@ -14,10 +14,6 @@
 namespace firn {
 namespace {
 
-const Shape& shape_of(const Model& model, int particle) {
-  return model.shapes[index(model.particles[index(particle)].shape)];
-}
-
 // The smallest of the sorted values that `share` of them do not exceed; 0 of none.
 Contact turned(Contact c) {
   std::swap(c.a, c.b);

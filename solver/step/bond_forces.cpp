@@ -11,10 +11,6 @@ namespace {
 
 constexpr std::size_t kBondsPerTask = 64;  // bonds a task
 
-const Shape& shape_of(const Model& model, int particle) {
-  return model.shapes[model.particles[particle].shape];
-}
-
 BodyInMotion body(const State& s, int particle) {
   const BodyMotion& m = s.motion[particle];
   return {m.position, m.velocity, m.spin, s.orientation[particle]};

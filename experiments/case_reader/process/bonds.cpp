@@ -27,10 +27,6 @@ struct Standing {
 };
 using Couple = std::array<Standing, 2>;
 
-const Shape& shape_of(const Model& model, int particle) {
-  return model.shapes[index(model.particles[index(particle)].shape)];
-}
-
 Standing standing(const Model& model, int particle, const Vec3& position, const Quat& orientation) {
   const Quat body = (orientation * shape_of(model, particle).shape_from_body).normalized();
   return {particle, {position, Vec3::Zero(), Vec3::Zero(), body}};

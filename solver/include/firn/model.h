@@ -97,6 +97,10 @@ struct Model {
   }
 };
 
+inline const Shape& shape_of(const Model& model, int particle) {
+  return model.shapes[index(model.particles[index(particle)].shape)];
+}
+
 // Loading stiffness of a pair, equation (4), N/m.
 double particle_pair_stiffness(const Shape& a, const Shape& b);
 double boundary_pair_stiffness(const Model& model, const Shape& a, const Boundary& b);
