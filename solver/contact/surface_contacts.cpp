@@ -112,7 +112,7 @@ std::size_t join_surface_contacts(const SurfacePair& pair, std::vector<PartConta
   double* const region_gap = gaps.data();
   for (std::size_t k = 0; k < best; ++k) region_gap[k] = extend(contacts[k]);
   // What is deeper than the region of its surfaces lies beyond it, at a border of the surface, and
-  // is a contact of its own. Where a surface has no region yet, it may have that of the next one.
+  // is a separate contact. Where a surface has no region yet, it may have that of the next one.
   std::size_t kept = best;
   for (std::size_t i = best; i < count; ++i) {
     double& gap = region_gap[set[i]];
