@@ -327,19 +327,22 @@ void effects_section(const SweepDocument& results, page::Page& page) {
   }
   if (!figures.empty()) content.figures(figures);
   for (const auto& [response, effects] : results.effects) {
+    const bool has_noise =
+        std::ranges::any_of(effects, [](const auto& e) { return std::isfinite(e.second.noise); });
     page::Table table;
     table.caption = "Effects on " + words(response);
     table.columns = {{"factor", ""}, {"mean absolute", ""},      {"95 % interval", ""},
-                     {"mean", ""},   {"standard deviation", ""}, {"noise", ""},
-                     {"effects", ""}};
-    for (const auto& [factor, e] : effects)
-      table.rows.push_back({words(factor), Cell(e.mean_absolute),
-                            std::isfinite(e.interval_95.first)
-                                ? fmt::format("{} to {}", number_text(e.interval_95.first),
-                                              number_text(e.interval_95.second))
-                                : "",
-                            Cell(e.mean), Cell(e.standard_deviation), Cell(e.noise),
-                            Cell(static_cast<double>(e.count), 9)});
+                     {"mean", ""},   {"standard deviation", ""}, {"effects", ""}};
+    if (has_noise) table.columns.push_back({"noise", ""});
+    for (const auto& [factor, e] : effects) {
+      const std::string interval = fmt::format("{} to {}", number_text(e.interval_95.first),
+                                               number_text(e.interval_95.second));
+      std::vector<Cell>& row = table.rows.emplace_back(std::vector<Cell>{
+          words(factor), Cell(e.mean_absolute),
+          Cell(std::isfinite(e.interval_95.first) ? interval : std::string()), Cell(e.mean),
+          Cell(e.standard_deviation), Cell(static_cast<double>(e.count), 9)});
+      if (has_noise) row.emplace_back(e.noise);
+    }
     content.table(table);
   }
 }
