@@ -101,9 +101,9 @@ void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double she
 // where the parts touch at a border of a surface, beyond the region of the surfaces: this region
 // would be less deep than the contact. Returns the smallest gap of the region, m; infinite: no
 // effect.
-double extend_to_surfaces(const ConvexPart& a, const ConvexPart* b, const Pose& b_in_a, double offset,
-                        double shell, const FlatSurface* surface_a, const FlatSurface* surface_b,
-                        Manifold& manifold);
+double extend_to_surfaces(const ConvexPart& a, const ConvexPart* b, const Pose& b_in_a,
+                          double offset, double shell, const FlatSurface* surface_a,
+                          const FlatSurface* surface_b, Manifold& manifold);
 
 // Distance of the two cores (no sweep), m; 0 when they overlap. For reference computations and
 // placement.
