@@ -151,4 +151,5 @@ Sweep read_sweep(const std::string& file) {
   s.execution = read_execution(root);
   return s;
 }
+
 }  // namespace firn

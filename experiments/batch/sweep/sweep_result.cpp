@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <optional>
 
@@ -101,13 +102,15 @@ std::vector<ScreenedResponse> screened_responses(const SweepResult& r) {
 
 namespace {
 
-// The factors of a response, the most important ones first.
+// The factors of a response, the most important ones first, those without an effect last.
 std::vector<std::size_t> by_importance(const ScreenedResponse& s) {
   std::vector<std::size_t> order(s.effects.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {
-    return s.effects[a].mean_absolute > s.effects[b].mean_absolute;
-  });
+  const auto importance = [&](std::size_t k) {
+    const double mean = s.effects[k].mean_absolute;
+    return std::isfinite(mean) ? mean : -1;
+  };
+  std::ranges::stable_sort(order, std::ranges::greater(), importance);
   return order;
 }
 
