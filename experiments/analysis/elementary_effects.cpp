@@ -18,7 +18,8 @@ constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 
 // Part of a factor's range that a step covers.
 double step_size(std::size_t levels) {
-  return static_cast<double>(levels / 2) / static_cast<double>(levels - 1);
+  const std::size_t step = levels / 2;
+  return static_cast<double>(step) / static_cast<double>(levels - 1);
 }
 
 ElementaryEffects summary_of(const std::vector<double>& effects) {
@@ -86,12 +87,14 @@ std::vector<ElementaryEffects> elementary_effects(const ScreeningDesign& design,
       if (std::isfinite(effect)) effects[s.factor].push_back(effect);
     }
   std::vector<ElementaryEffects> result;
+  result.reserve(effects.size());
   for (const std::vector<double>& of_factor : effects) result.push_back(summary_of(of_factor));
   return result;
 }
 
 std::vector<double> noise_effects(const ScreeningDesign& design, double standard_error) {
   std::vector<double> result;
+  result.reserve(design.levels.size());
   // Mean absolute value of a normal deviate with the variance of a difference.
   const double difference = 2 / std::sqrt(std::numbers::pi) * standard_error;
   for (const std::size_t n : design.levels) result.push_back(difference / step_size(n));

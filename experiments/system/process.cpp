@@ -27,6 +27,7 @@ constexpr int kSignalStatus = 128;  // status of a command: this and the number 
 
 std::vector<char*> argument_list(const std::vector<std::string>& args) {
   std::vector<char*> list;
+  list.reserve(args.size() + 1);
   for (const std::string& a : args) list.push_back(const_cast<char*>(a.c_str()));
   list.push_back(nullptr);
   return list;
