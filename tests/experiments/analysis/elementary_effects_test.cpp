@@ -164,10 +164,8 @@ TEST(ElementaryEffects, FindTheFactorsOfMorris) {
 TEST(ElementaryEffects, OfNoiseAloneAreAsStated) {
   std::mt19937_64 random(2);
   const ScreeningDesign design = screening_design({4, 2, 8}, 3000, 1);
-  std::vector<double> y;
-  for (std::size_t i = 0; i < design.points.size(); ++i) y.push_back(0);
-  // The few different points of three factors are drawn anew for each trajectory.
-  std::vector<double> sum(3, 0);
+  // Three factors have few points, which the trajectories share: each gets separate noise.
+  std::vector<double> y(design.points.size()), sum(3, 0);
   for (const auto& steps : design.trajectories) {
     for (double& v : y) v = 0.3 * normal_deviate(random);
     ScreeningDesign one = design;

@@ -178,42 +178,45 @@ TEST(Gnuplot, AWrongScriptIsARunErrorOfOneLine) {
   }
 }
 
-TEST(Gnuplot, MissingProgramIsTheUsersToInstall) {
-  const std::string path = std::getenv("PATH");
-  setenv("PATH", "/nowhere", 1);
-  EXPECT_THROW(Gnuplot().run("plot x\n"), InputError);
-  setenv("PATH", path.c_str(), 1);
-}
-
-// A program of that name in a folder before all others of the PATH, for the lifetime of the object.
-class FirstOnPath {
+// The PATH of this process, for the lifetime of the object.
+class SearchPath {
  public:
-  FirstOnPath(const fs::path& folder, const std::string& name, const std::string& script) {
-    std::ofstream(folder / name) << "#!/bin/sh\n" << script;
-    fs::permissions(folder / name, fs::perms::owner_all);
-    setenv("PATH", (folder.string() + ":" + before_).c_str(), 1);
-  }
-  ~FirstOnPath() { setenv("PATH", before_.c_str(), 1); }
+  explicit SearchPath(const std::string& path) { setenv("PATH", path.c_str(), 1); }
+  SearchPath(const SearchPath&) = delete;
+  SearchPath& operator=(const SearchPath&) = delete;
+  ~SearchPath() { setenv("PATH", before_.c_str(), 1); }
 
  private:
   std::string before_ = std::getenv("PATH");
 };
 
+TEST(Gnuplot, MissingProgramIsTheUsersToInstall) {
+  const SearchPath nowhere("/nowhere");
+  EXPECT_THROW(Gnuplot().run("plot x\n"), InputError);
+}
+
+// The PATH with a folder first in which gnuplot is this script.
+std::string path_with_gnuplot(const fs::path& folder, const std::string& script) {
+  std::ofstream(folder / "gnuplot") << "#!/bin/sh\n" << script;
+  fs::permissions(folder / "gnuplot", fs::perms::owner_all);
+  return folder.string() + ":" + std::getenv("PATH");
+}
+
 TEST(Gnuplot, ADrawingThatASignalEndsIsRepeated) {
   const test::ScratchFolder folder("gnuplot-signal");
   for (const int signal : {2, 9, 15}) {
-    fs::remove(folder.path() / "once");
-    const FirstOnPath killed(folder.path(), "gnuplot",
-                             "test -e '" + (folder.path() / "once").string() +
-                                 "' && exit 0\ntouch '" + (folder.path() / "once").string() +
-                                 "'\nkill -" + std::to_string(signal) + " $$\nsleep 9\n");
+    const std::string once = folder / "once";
+    fs::remove(once);
+    const SearchPath killed(path_with_gnuplot(
+        folder.path(), "test -e '" + once + "' && exit 0\ntouch '" + once + "'\nkill -" +
+                           std::to_string(signal) + " $$\nsleep 9\n"));
     EXPECT_NO_THROW(Gnuplot().run("plot x\n")) << signal;
   }
 }
 
 TEST(Gnuplot, ASignalIsNamed) {
   const test::ScratchFolder folder("gnuplot-signal");
-  const FirstOnPath killed(folder.path(), "gnuplot", "kill -9 $$\nsleep 9\n");
+  const SearchPath killed(path_with_gnuplot(folder.path(), "kill -9 $$\nsleep 9\n"));
   try {
     Gnuplot().run("plot x\n");
     FAIL();

@@ -68,6 +68,15 @@ struct CellFloor {
   }
 };
 
+// A random floor and its surfaces.
+struct FloorWithSurfaces {
+  CellFloor floor;
+  FlatSurfaces surfaces;
+
+  explicit FloorWithSurfaces(Random& random)
+      : floor(random), surfaces(find_flat_surfaces(floor.parts)) {}
+};
+
 // The face of a part whose normal is +z.
 int top_face(const ConvexPart& part) {
   for (std::size_t f = 0; f < part.faces.size(); ++f) {
@@ -202,13 +211,10 @@ TEST(FlatSurface, APlaneABoxAndACutFloorHaveTheSamePoints) {
       convex_part(box_planes({-0.5, -0.5, -0.1}, {0.5, 0.5, 0}), 0)};
   constexpr int kMembers = 3000, kOfOneFloor = 20;
   int many = 0;  // members with a corner besides their feature
-  CellFloor floor(random);
-  FlatSurfaces surfaces = find_flat_surfaces(floor.parts);
+  FloorWithSurfaces current(random);
   for (int member = 0; member < kMembers;) {
-    if (random.below(kOfOneFloor) == 0) {
-      floor = CellFloor(random);
-      surfaces = find_flat_surfaces(floor.parts);
-    }
+    if (random.below(kOfOneFloor) == 0) current = FloorWithSurfaces(random);
+    const auto& [floor, surfaces] = current;
     const Vec3 place(random.uniform(-0.18, 0.18), random.uniform(-0.18, 0.18), 0);
     if (!floor.is_solid_around(place, 20e-3)) continue;
     ++member;
@@ -260,16 +266,17 @@ double least_gap(const Manifold& m) {
 
 // The contacts of a body on a floor are as deep as its parts are, and make patches that can be
 // computed. Returns the number of contacts.
-std::size_t expect_sound_contacts(const ConvexPart& part, const CellFloor& floor,
-                                  const FlatSurfaces& surfaces, const Pose& b_in_a, int member) {
+std::size_t expect_sound_contacts(const ConvexPart& part, const FloorWithSurfaces& on,
+                                  const Pose& b_in_a, int member) {
+  const std::vector<ConvexPart>& parts = on.floor.parts;
   double deepest = std::numeric_limits<double>::infinity();
-  for (const ConvexPart& b : floor.parts) {
+  for (const ConvexPart& b : parts) {
     GjkCache cold;
     Manifold m;
     collide(part, b, b_in_a, kShell, cold, m);
     if (!m.points.empty()) deepest = std::min(deepest, least_gap(m));
   }
-  const std::vector<PartContact> contacts = contacts_of(part, floor.parts, surfaces, b_in_a);
+  const std::vector<PartContact> contacts = contacts_of(part, parts, on.surfaces, b_in_a);
   if (contacts.empty()) return 0;
   double joined = std::numeric_limits<double>::infinity();
   for (const PartContact& c : contacts) {
@@ -309,13 +316,10 @@ TEST(FlatSurface, ContactsAtBordersKeepTheirDepth) {
   Random random(14);
   constexpr int kMembers = 6000, kOfOneFloor = 200;
   std::size_t contacts = 0;
-  CellFloor floor(random);
-  FlatSurfaces surfaces = find_flat_surfaces(floor.parts);
+  FloorWithSurfaces current(random);
   for (int member = 0; member < kMembers; ++member) {
-    if (member % kOfOneFloor == 0) {
-      floor = CellFloor(random);
-      surfaces = find_flat_surfaces(floor.parts);
-    }
+    if (member % kOfOneFloor == 0) current = FloorWithSurfaces(random);
+    const CellFloor& floor = current.floor;
     const ConvexPart part = random_part(random);
     const auto at_line = [&](const double(&lines)[CellFloor::kCells + 1]) {
       return random.below(2) == 0
@@ -345,7 +349,7 @@ TEST(FlatSurface, ContactsAtBordersKeepTheirDepth) {
       }
       if (pass < 3) center += (nearest.gap + depth) * (turn * nearest.normal);
     }
-    contacts += expect_sound_contacts(part, floor, surfaces, b_in_a, member);
+    contacts += expect_sound_contacts(part, current, b_in_a, member);
   }
   EXPECT_GT(contacts, 5000u);
 }
@@ -356,13 +360,10 @@ TEST(FlatSurface, ACornerAtTheRimOfAHoleBears) {
   Random random(15);
   constexpr int kMembers = 20000, kOfOneFloor = 500;
   std::size_t contacts = 0;
-  CellFloor floor(random);
-  FlatSurfaces surfaces = find_flat_surfaces(floor.parts);
+  FloorWithSurfaces current(random);
   for (int member = 0; member < kMembers; ++member) {
-    if (member % kOfOneFloor == 0) {
-      floor = CellFloor(random);
-      surfaces = find_flat_surfaces(floor.parts);
-    }
+    if (member % kOfOneFloor == 0) current = FloorWithSurfaces(random);
+    const CellFloor& floor = current.floor;
     const int i = random.below(CellFloor::kCells - 1), k = random.below(CellFloor::kCells);
     const bool left = floor.is_solid(i, k), right = floor.is_solid(i + 1, k);
     if (left == right) continue;
@@ -389,7 +390,7 @@ TEST(FlatSurface, ACornerAtTheRimOfAHoleBears) {
     const Vec3 place(floor.x[i + 1] + (left ? aside : -aside),
                      random.uniform(floor.y[k], floor.y[k + 1]), height);
     const Vec3 center = place - corner;
-    contacts += expect_sound_contacts(part, floor, surfaces,
+    contacts += expect_sound_contacts(part, current,
                                       {turn.transpose(), -(turn.transpose() * center)}, member);
   }
   EXPECT_GT(contacts, 4000u);
