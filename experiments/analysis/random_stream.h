@@ -23,7 +23,7 @@ inline double uniform_open(std::mt19937_64& random) {
 }
 
 // Integers in 0 ... count - 1. The two functions give different numbers from the same generator.
-// Results of earlier versions depend on both.
+// Designs of studies are drawn by the first, screenings by the second.
 inline std::size_t random_below_by_remainder(std::mt19937_64& random, std::size_t count) {
   return random() % count;
 }

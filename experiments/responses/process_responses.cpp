@@ -285,14 +285,14 @@ std::vector<Response> process_responses(const Recording& recording, const Case& 
     if (!std::isfinite(stage.end)) continue;
     const double duration = stage.end - stage.start;
     out.add("duration_" + stage.name, {duration}, "s", "of the stage");
-    const auto waits_for_stall = [&](const Stage& s) {
-      return s.name == stage.name && s.ends_on(Stage::EndEvent::stalled);
+    const auto is_any = [&](const auto& has_property) {
+      return std::ranges::any_of(
+          c.stages, [&](const Stage& s) { return s.name == stage.name && has_property(s); });
     };
-    if (std::ranges::any_of(c.stages, waits_for_stall))
+    if (is_any([](const Stage& s) { return s.ends_on(Stage::EndEvent::stalled); }))
       out.add(stage.name + "_stalled", {stage.end_reason.starts_with("stalled") ? 1.0 : 0.0}, "1",
               "1: a stalled motor, as in a jam, has ended the stage; 0: it has not");
-    const auto counts = [&](const Stage& s) { return s.name == stage.name && s.count > 0; };
-    if (std::ranges::none_of(c.stages, counts)) continue;
+    if (!is_any([](const Stage& s) { return s.count > 0; })) continue;
     const bool passed = stage.end_reason.starts_with("passed");
     out.add(stage.name + "_time_to_count", {passed ? duration : kUndefined}, "s",
             "until so many had passed the stage's sensor; undefined: it ended before");

@@ -125,14 +125,14 @@ std::string render_screening(const SweepResult& r) {
                         "95 % interval", "mean", "sd", s.noise.empty() ? "" : "      noise");
     for (const std::size_t k : by_importance(s)) {
       const ElementaryEffects& e = s.effects[k];
-      const auto number = [](double v) {
+      const auto text_of = [](double v) {
         return std::isfinite(v) ? fmt::format("{:.3g}", v) : std::string("-");
       };
       text += fmt::format("    {:<28} {:>10} {:>23} {:>10} {:>10}{}\n", r.sweep.vary[k].name,
-                          number(e.mean_absolute),
-                          fmt::format("{} to {}", number(e.lower), number(e.upper)), number(e.mean),
-                          number(e.standard_deviation),
-                          s.noise.empty() ? "" : fmt::format(" {:>10}", number(s.noise[k])));
+                          text_of(e.mean_absolute),
+                          fmt::format("{} to {}", text_of(e.lower), text_of(e.upper)),
+                          text_of(e.mean), text_of(e.standard_deviation),
+                          s.noise.empty() ? "" : fmt::format(" {:>10}", text_of(s.noise[k])));
     }
   }
   return text;
