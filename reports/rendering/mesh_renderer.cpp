@@ -248,17 +248,28 @@ View View::perspective(const Vec3& eye, const Vec3& target, const Vec3& up, doub
   return view;
 }
 
+View View::cropped(const Eigen::AlignedBox2d& part) const {
+  View view = *this;
+  const Eigen::Vector2d shift = part.center() - Eigen::Vector2d::Constant(0.5);
+  view.offset_ += Eigen::Vector2d(shift.x() * width_, shift.y() * height_);
+  view.width_ *= part.sizes().x();
+  view.height_ *= part.sizes().y();
+  return view;
+}
+
 Vec3 View::project(const Vec3& world) const {
   const Vec3 q = axes_ * (world - eye_);
   const double nearness = distance_ > 0 ? -1 / q.z() : q.z();
   const double scale = distance_ > 0 ? distance_ * nearness : 1;
-  return {0.5 + q.x() * scale / width_, 0.5 + q.y() * scale / height_, nearness};
+  return {0.5 + (q.x() * scale - offset_.x()) / width_,
+          0.5 + (q.y() * scale - offset_.y()) / height_, nearness};
 }
 
 Vec3 View::unproject(const Vec3& picture) const {
   const double z = distance_ > 0 ? -1 / picture.z() : picture.z();
   const double scale = distance_ > 0 ? -z / distance_ : 1;
-  const Vec3 q((picture.x() - 0.5) * width_ * scale, (picture.y() - 0.5) * height_ * scale, z);
+  const Vec3 q(((picture.x() - 0.5) * width_ + offset_.x()) * scale,
+               ((picture.y() - 0.5) * height_ + offset_.y()) * scale, z);
   return axes_.transpose() * q + eye_;
 }
 

@@ -30,6 +30,9 @@ class View {
   static View perspective(const Vec3& eye, const Vec3& target, const Vec3& up, double width,
                           double height);
 
+  // What the rectangle `part` of this picture shows, in the coordinates of project().
+  View cropped(const Eigen::AlignedBox2d& part) const;
+
   // x, y: 0 ... 1 across the picture; z: nearness, linear across the picture and larger for nearer.
   Vec3 project(const Vec3& world) const;
   Vec3 unproject(const Vec3& picture) const;
@@ -43,6 +46,8 @@ class View {
   Vec3 eye_ = Vec3::Zero();       // m; a parallel view: the center
   double distance_ = 0;           // m from eye to target; 0: parallel
   double width_ = 1, height_ = 1;
+  Eigen::Vector2d offset_ =
+      Eigen::Vector2d::Zero();  // m from the view's axis to the middle of the picture
 };
 
 struct RenderedBody {

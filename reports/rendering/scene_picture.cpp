@@ -15,6 +15,7 @@
 #include "experiments/system/gnuplot.h"
 #include "experiments/system/text_encoding.h"
 #include "reports/rendering/picture_source.h"
+#include "reports/rendering/scene_layout.h"
 
 namespace firn {
 namespace {
@@ -90,14 +91,27 @@ TriangleMesh cut_mesh(const PlacedMesh& placed, const Vec3& normal, double offse
   return kept;
 }
 
-Bounds bounds_of(const ScenePicture& picture) {
+Bounds bounds_of(const PlacedMesh& placed) {
   Bounds bounds;
-  const auto add = [&](const PlacedMesh& placed) {
-    for (const Vec3& v : placed.mesh->vertices) bounds.extend(placed.pose * v);
-  };
-  for (const auto& wall : picture.walls) add(wall.placed);
-  // Bodies that have fallen out of the scene shall not make it small.
-  if (picture.walls.empty()) std::ranges::for_each(picture.particles, add);
+  for (const Vec3& v : placed.mesh->vertices) bounds.extend(placed.pose * v);
+  return bounds;
+}
+
+// About the walls, and the bodies that are not far from them: one that has fallen out of the scene
+// would make the rest small.
+Bounds bounds_of(const ScenePicture& picture) {
+  constexpr double kNear = 0.25;  // of the diagonal of the walls
+  Bounds bounds;
+  for (const auto& wall : picture.walls) bounds.extend(bounds_of(wall.placed));
+  Bounds near = bounds;
+  if (!bounds.isEmpty()) {
+    near.min().array() -= kNear * bounds.diagonal().norm();
+    near.max().array() += kNear * bounds.diagonal().norm();
+  }
+  for (const PlacedMesh& particle : picture.particles) {
+    const Bounds body = bounds_of(particle);
+    if (picture.walls.empty() || near.contains(body)) bounds.extend(body);
+  }
   return bounds;
 }
 
@@ -119,6 +133,10 @@ TriangleMesh turned(TriangleMesh mesh) {
   for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
   return mesh;
 }
+
+// Around the picture of a panel: title, axes and their labels.
+constexpr PanelMargins kPanelMargins = {
+    .left = 92, .below = 62, .above = 40, .right = 18, .title_width = 300};
 
 // A view along an axis, and the axes that run right and up in it.
 struct Panel {
@@ -153,26 +171,22 @@ Image draw_panel(const Scene& whole, const Panel& panel, const Bounds& bounds, i
                 width);
 }
 
+// From above, from the side of positive x and y; the box fills the picture.
 View overview(const Bounds& bounds) {
+  constexpr double kMargin = 0.02;  // of the picture
   const Vec3 middle = bounds.center();
   const Vec3 eye = middle + 1.6 * bounds.diagonal().norm() * Vec3(0.5, 0.7, 0.9).normalized();
   const View unit = View::perspective(eye, middle, Vec3::UnitZ(), 1, 1);
-  double width = 0, height = 0;
-  for (int k = 0; k < 8; ++k) {
-    const Vec3 p = unit.project(bounds.corner(static_cast<Bounds::CornerType>(k)));
-    width = std::max(width, 2 * std::abs(p.x() - 0.5));
-    height = std::max(height, 2 * std::abs(p.y() - 0.5));
-  }
-  const double square = std::max(width, height);
-  return View::perspective(eye, middle, Vec3::UnitZ(), square, square);
+  Eigen::AlignedBox2d part;
+  for (int k = 0; k < 8; ++k)
+    part.extend(unit.project(bounds.corner(static_cast<Bounds::CornerType>(k))).head<2>());
+  const Eigen::Vector2d margin = kMargin * part.sizes();
+  part.extend((part.min() - margin).eval());
+  part.extend((part.max() + margin).eval());
+  return unit.cropped(part);
 }
 
-// A rectangle of the canvas, pixels from the left and from the top.
-struct Frame2 {
-  double left = 0, top = 0, width = 0, height = 0;
-};
-
-std::string frame_script(const Frame2& f, double canvas_width, double canvas_height) {
+std::string frame_script(const CanvasBox& f, double canvas_width, double canvas_height) {
   return fmt::format(
       "set lmargin at screen {:.6f}\nset rmargin at screen {:.6f}\n"
       "set tmargin at screen {:.6f}\nset bmargin at screen {:.6f}\n",
@@ -190,7 +204,7 @@ double tick_step(double least) {
 
 std::string panel_script(const Panel& panel, const Bounds& bounds, const Image& image,
                          const std::string& source) {
-  constexpr double kLabel = 52;  // pixels that the label of a tick needs
+  constexpr double kLabel = 44;  // pixels that the label of a tick needs
   const int right = panel.right_axis, up = panel.up_axis;
   const double step = 1e3 * bounds.sizes()[right] / image.width;  // mm a pixel
   const double left = 1e3 * bounds.min()[right], bottom = 1e3 * bounds.min()[up];
@@ -205,6 +219,21 @@ std::string panel_script(const Panel& panel, const Bounds& bounds, const Image& 
       panel.title, "xyz"[right], "xyz"[up], left, left + step * image.width, bottom,
       bottom + step * image.height, tick_step(kLabel * step), tick_step(kLabel * step), source,
       left + step / 2, bottom + step / 2, step, step);
+}
+
+// Lit from the side, so that faces differ.
+Image draw_overview(Scene scene, const View& view, int width) {
+  scene.to_light = Vec3(0.75, 0.5, 0.8).normalized();
+  return render(scene, view, width);
+}
+
+std::string overview_script(const CanvasBox& box, double canvas_width, double canvas_height,
+                            const Image& image, const std::string& source) {
+  return frame_script(box, canvas_width, canvas_height) +
+         fmt::format(
+             "unset border\nunset tics\nunset xlabel\nunset ylabel\nunset title\n"
+             "set xrange [-0.5:{}.5]\nset yrange [-0.5:{}.5]\nplot {} with rgbimage\n",
+             image.width - 1, image.height - 1, source);
 }
 
 struct LegendItem {
@@ -251,7 +280,7 @@ Legend legend_of(const ScenePicture& picture) {
   Legend legend;
   double x = kMargin;
   for (LegendItem& item : legend_items(picture)) {
-    const double wide = 34 + 9.0 * static_cast<double>(item.name.size());
+    const double wide = 42 + 9.0 * static_cast<double>(item.name.size());
     if (x > kMargin && x + wide > picture.width - kMargin) {
       x = kMargin;
       ++legend.rows;
@@ -277,7 +306,7 @@ std::string legend_script(const Legend& legend, double width, double height) {
         "set label {} {} at screen {:.5f}, screen {:.5f} front font ',13' tc rgb '#1d2733' "
         "noenhanced\n",
         label, p.x / width, 1 - y / height, byte(c.r), byte(c.g), byte(c.b), label + 1,
-        encode::gnuplot(p.item.name), (p.x + 18) / width, 1 - y / height);
+        encode::gnuplot(p.item.name), (p.x + 24) / width, 1 - y / height);
     label += 2;
   }
   return script;
@@ -297,37 +326,23 @@ void draw_scene(const ScenePicture& picture, const std::string& file) {
   const Scene scene = scene_of(picture, bounds);
   const Legend legend = legend_of(picture);
 
-  // Two columns: the overview over the plan, the sections next to them, all to one scale.
-  constexpr double kTitle = 78, kAxisX = 70, kAxisY = 62, kGap = 34;
-  const Vec3 size = bounds.sizes();
-  const double scale =
-      (picture.width - 2 * kAxisX - kGap) / (size.x() + std::max(size.x(), size.y()));
-  std::array<Frame2, 3> frames;
-  for (std::size_t k = 0; k < 3; ++k) {
-    frames[k].width = scale * size[kPanels[k].right_axis];
-    frames[k].height = scale * size[kPanels[k].up_axis];
-  }
-  const double column = kAxisX + scale * size.x() + kGap, second = column + kAxisX;
-  const double row = std::max(scale * std::max(size.z(), 0.75 * size.x()), frames[2].height);
-  frames[1].left = kAxisX, frames[1].top = kTitle + kGap + row - frames[1].height;
-  frames[2].left = second, frames[2].top = kTitle + kGap + row - frames[2].height;
-  const double lower = kTitle + kGap + row + kAxisY + kGap;
-  frames[0].left = kAxisX, frames[0].top = lower;
-  const Frame2 over{second, lower, picture.width - second,
-                    std::max(frames[0].height, 0.8 * (picture.width - second))};
-  const double height = lower + over.height + kAxisY + 20 + Legend::kRow * legend.rows,
-               width = picture.width;
+  constexpr double kTitle = 78, kBottom = 20;
+  const View outside = overview(bounds);
+  const SceneLayout layout =
+      arrange_scene(bounds.sizes(), outside.height_over_width(), picture.width, kPanelMargins);
+  std::array<CanvasBox, 3> frames = {layout.plan, layout.front, layout.side};
+  CanvasBox over = layout.overview;
+  for (CanvasBox* box : {&frames[0], &frames[1], &frames[2], &over}) box->top += kTitle;
+  const double width = picture.width;
+  const double height = kTitle + layout.height + kBottom + Legend::kRow * legend.rows;
 
   std::future<Image> images[3];  // side by side: they take seconds
   for (std::size_t k = 0; k < 3; ++k) {
     images[k] = std::async(std::launch::async, [&, k] {
-      return draw_panel(scene, kPanels[k], bounds, static_cast<int>(frames[k].width));
+      return draw_panel(scene, kPanels[k], bounds, std::max(1, static_cast<int>(frames[k].width)));
     });
   }
-  const int square = static_cast<int>(std::min(over.width, over.height));
-  Scene lit = scene;
-  lit.to_light = Vec3(0.75, 0.5, 0.8).normalized();
-  const Image whole = render(lit, overview(bounds), square);
+  const Image whole = draw_overview(scene, outside, std::max(1, static_cast<int>(over.width)));
   const Gnuplot gnuplot;
   std::string script = "set multiplot\nunset key\n" +
                        fmt::format(
@@ -345,13 +360,7 @@ void draw_scene(const ScenePicture& picture, const std::string& file) {
                            image_source(gnuplot, fmt::format("panel{}", k), image)) +
               "unset label\n";
   }
-  script +=
-      frame_script({over.left, over.top, static_cast<double>(square), static_cast<double>(square)},
-                   width, height) +
-      fmt::format(
-          "unset border\nunset tics\nunset xlabel\nunset ylabel\nunset title\n"
-          "set xrange [-0.5:{0}.5]\nset yrange [-0.5:{0}.5]\nplot {1} with rgbimage\n",
-          square - 1, image_source(gnuplot, "overview", whole));
+  script += overview_script(over, width, height, whole, image_source(gnuplot, "overview", whole));
   gnuplot.draw(script + "unset multiplot\n", file, picture.width, static_cast<int>(height));
 }
 
@@ -468,20 +477,24 @@ void draw_film_picture(const ScenePicture& picture, const Bounds& bounds, const 
   const Scene scene = scene_of(picture, bounds);
   const Legend legend = legend_of(picture);
   const double bottom = height - Legend::kRow * legend.rows - kMargin;
-  Scene lit = scene;
-  lit.to_light = Vec3(0.75, 0.5, 0.8).normalized();
-  const double square = std::floor(std::min(bottom - kTitle, 0.5 * width));
-  std::future<Image> whole = std::async(
-      std::launch::async, [&] { return render(lit, overview(bounds), static_cast<int>(square)); });
+  const View outside = overview(bounds);
+  const double left_width =
+      std::floor(std::min(0.5 * width, (bottom - kTitle) / outside.height_over_width()));
+  std::future<Image> whole = std::async(std::launch::async, [&] {
+    return draw_overview(scene, outside, static_cast<int>(left_width));
+  });
   const Panel& panel = kPanels[1];
   const Vec3 size = bounds.sizes();
-  const double room = width - square - kAxisX - kMargin;
+  const double room = width - left_width - kAxisX - kMargin;
   const double tall = bottom - kTitle - kPanelTitle - kAxisY;
   const double scale = std::min(room / size[panel.right_axis], tall / size[panel.up_axis]);
   const Image section = draw_panel(scene, panel, bounds,
                                    std::max(1, static_cast<int>(scale * size[panel.right_axis])));
-  const Frame2 right{square + kAxisX, kTitle + kPanelTitle + (tall - section.height) / 2,
-                     static_cast<double>(section.width), static_cast<double>(section.height)};
+  const CanvasBox right{left_width + kAxisX, kTitle + kPanelTitle + (tall - section.height) / 2,
+                        static_cast<double>(section.width), static_cast<double>(section.height)};
+  const Image image = whole.get();
+  const CanvasBox over{0, kTitle + (bottom - kTitle - image.height) / 2, left_width,
+                       static_cast<double>(image.height)};
   const Gnuplot gnuplot;
   const std::string script =
       "set multiplot\nunset key\n" +
@@ -494,11 +507,8 @@ void draw_film_picture(const ScenePicture& picture, const Bounds& bounds, const 
           1 - 56 / height) +
       legend_script(legend, width, height) + frame_script(right, width, height) +
       panel_script(panel, bounds, section, image_source(gnuplot, "section", section)) +
-      "unset label\n" + frame_script({0, kTitle, square, square}, width, height) +
-      fmt::format(
-          "unset border\nunset tics\nunset xlabel\nunset ylabel\nunset title\n"
-          "set xrange [-0.5:{0}.5]\nset yrange [-0.5:{0}.5]\nplot {1} with rgbimage\n",
-          static_cast<int>(square) - 1, image_source(gnuplot, "overview", whole.get()));
+      "unset label\n" +
+      overview_script(over, width, height, image, image_source(gnuplot, "overview", image));
   gnuplot.draw(script + "unset multiplot\n", file, picture.width, static_cast<int>(height));
 }
 

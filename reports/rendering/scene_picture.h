@@ -54,7 +54,8 @@ class RecordedScenes {
 // does not exist.
 void draw_scene(const Recording& recording, std::size_t frame, const std::string& file);
 
-// m, world: box about the boundaries that are drawn, or about the particles where there are none.
+// m, world: box about the boundaries that are drawn and the particles near them, or about all
+// particles where there are no boundaries.
 Eigen::AlignedBox3d scene_bounds(const ScenePicture& picture);
 
 // One picture of a film: the overview and the section along x, both of this box of the world, with

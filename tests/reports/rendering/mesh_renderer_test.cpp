@@ -25,6 +25,29 @@ TEST(View, PerspectiveShrinksWithDistance) {
   EXPECT_GT(view.project(Vec3(0, 0, 0)).z(), view.project(Vec3(0, 1, 0)).z());
 }
 
+// A point has the place in the part that it has in the whole, and pictures of parts are undone,
+// too.
+TEST(View, PartsShowWhatTheWholeShows) {
+  const View parallel =
+      View::parallel(Vec3(0, 0, 1), Vec3(1, 2, -1).normalized(), Vec3::UnitZ(), 2, 1);
+  const View perspective = View::perspective(Vec3(0, -3, 2), Vec3(0, 0, 0), Vec3::UnitZ(), 2, 1);
+  const Eigen::AlignedBox2d box(Eigen::Vector2d(0.1, -0.2), Eigen::Vector2d(0.4, 0.7));
+  const Eigen::AlignedBox2d inner(Eigen::Vector2d(0.5, 0.25), Eigen::Vector2d(1, 0.5));
+  for (const View& view : {parallel, perspective}) {
+    const View part = view.cropped(box), twice = part.cropped(inner);
+    EXPECT_NEAR(part.height_over_width(), view.height_over_width() * 0.9 / 0.3, 1e-12);
+    for (const Vec3& p : {Vec3(0.1, 0.2, 0.3), Vec3(-0.4, 0.1, 0)}) {
+      const Vec3 whole = view.project(p), cut = part.project(p);
+      EXPECT_NEAR(box.min().x() + 0.3 * cut.x(), whole.x(), 1e-12);
+      EXPECT_NEAR(box.min().y() + 0.9 * cut.y(), whole.y(), 1e-12);
+      EXPECT_EQ(cut.z(), whole.z());
+      EXPECT_NEAR(0.5 + 0.5 * twice.project(p).x(), cut.x(), 1e-12);
+      EXPECT_LT((part.unproject(cut) - p).norm(), 1e-12);
+      EXPECT_LT((twice.unproject(twice.project(p)) - p).norm(), 1e-12);
+    }
+  }
+}
+
 // A red cube of 0.5 m before a green wall, seen along +y in a frame of 1 m.
 Image cube_before_wall(bool with_cube, const Color& background = {1, 1, 1}) {
   const TriangleMesh cube = synthetic::box_mesh({0.5, 0.5, 0.5});
