@@ -106,8 +106,10 @@ StudySummary carry_out(Study& study, const StudyOptions& options, const std::str
   if (options.time_limit > 0) study.execution.limits.time = options.time_limit;
   if (options.memory_limit > 0) study.execution.limits.memory = options.memory_limit;
   if (!options.save.name.empty()) require_material(study);
-  BatchFolder batch(folder_options(options, "calibrate", study_identity(study.text, study.source),
-                                   directory, study.largest_total(), study.execution.slurm));
+  BatchFolder batch(directory,
+                    {"calibrate", study_identity(study.text, study.source), study.largest_total(),
+                     study.execution.slurm},
+                    options);
   const interruption::Advice advice(fmt::format(
       "everything finished is kept in {}: the same command resumes from there", directory));
   const std::vector<Study> parts = parts_of(study);

@@ -33,8 +33,10 @@ class Runner {
   Validation carry_out(const std::string& directory) {
     Validation v;
     v.directory = directory;
-    BatchFolder folder(folder_options(options_, "validate", "validation " + suite_.name, directory,
-                                      largest_total(), suite_.execution.slurm));
+    BatchFolder folder(
+        directory,
+        {"validate", "validation " + suite_.name, largest_total(), suite_.execution.slurm},
+        options_);
     const interruption::Advice advice(
         fmt::format("everything finished is kept in {}: the same command resumes", directory));
     Batch batch(folder.executor(), folder.journal(), folder.store(), folder.progress(),

@@ -4,10 +4,8 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cmath>
 
-#include "experiments/system/terminal.h"
 #include "experiments/text/number_text.h"
 #include "experiments/text/units.h"
 
@@ -24,21 +22,14 @@ constexpr std::size_t narrow = 90;  // columns; below, the text needs the room
 ProgressMeter::ProgressMeter(double timestep)
     : timestep_(timestep), terminal_(isatty(STDERR_FILENO) == 1) {}
 
-ProgressMeter::~ProgressMeter() { finish(); }
-
 void ProgressMeter::show(const Progress& progress) {
   update_rate(progress);
   if (terminal_) {
-    show_bar(progress);
+    draw_bar(progress);
   } else if (progress.wall - last_line_ >= line_interval) {
     last_line_ = progress.wall;
-    show_line(progress);
+    log_line(progress);
   }
-}
-
-void ProgressMeter::finish() {
-  if (bar_visible_) print(stderr, "\r\x1b[K");
-  bar_visible_ = false;
 }
 
 void ProgressMeter::update_rate(const Progress& p) {
@@ -53,26 +44,21 @@ void ProgressMeter::update_rate(const Progress& p) {
   last_wall_ = p.wall;
 }
 
-void ProgressMeter::show_bar(const Progress& p) {
-  const std::size_t columns = terminal_columns();
-  const int width = columns < narrow ? narrow_bar_width : bar_width;
-  const double part = p.latest_end > 0 ? std::clamp(p.time / p.latest_end, 0.0, 1.0) : 0;
-  const int filled = static_cast<int>(part * width);
+void ProgressMeter::draw_bar(const Progress& p) {
+  const int width = terminal_columns() < narrow ? narrow_bar_width : bar_width;
+  const double share = p.latest_end > 0 ? p.time / p.latest_end : 0;
   // Stages may end early, so the time to the latest end is an upper bound.
   const std::string left =
-      rate_ > 0 ? "at most " + duration_text((p.latest_end - p.time) / rate_) + " left, " : "";
-  const std::string line = fmt::format(
-      "[{}{}] {:.3f} of {} s, {}{}", std::string(filled, '='), std::string(width - filled, ' '),
-      p.time, number_text(p.latest_end), left, encode::terminal(stage_text(p)));
-  print(stderr, "\r\x1b[K" + fit_columns(line, columns));
-  std::fflush(stderr);
-  bar_visible_ = true;
+      rate_ > 0 ? "at most " + estimated_duration_text((p.latest_end - p.time) / rate_) + " left, "
+                : "";
+  bar_.draw(fmt::format("{} {:.3f} of {} s, {}{}", progress_bar(share, width), p.time,
+                        number_text(p.latest_end), left, stage_text(p)));
 }
 
-void ProgressMeter::show_line(const Progress& p) const {
+void ProgressMeter::log_line(const Progress& p) const {
   spdlog::info("{:.3f} of {} s, {}, {:.0f} steps/s, at most {} left", p.time,
                number_text(p.latest_end), stage_text(p), rate_ / timestep_,
-               rate_ > 0 ? duration_text((p.latest_end - p.time) / rate_) : "?");
+               rate_ > 0 ? estimated_duration_text((p.latest_end - p.time) / rate_) : "?");
 }
 
 }  // namespace firn

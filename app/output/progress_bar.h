@@ -2,6 +2,7 @@
 #pragma once
 
 #include "experiments/run/run.h"
+#include "experiments/system/terminal.h"
 
 namespace firn {
 
@@ -9,22 +10,18 @@ class ProgressMeter {
  public:
   // timestep: s, for the number of steps per second.
   explicit ProgressMeter(double timestep);
-  ~ProgressMeter();
-  ProgressMeter(const ProgressMeter&) = delete;
-  ProgressMeter& operator=(const ProgressMeter&) = delete;
-
   void show(const Progress& progress);
-  void finish();  // leaves the terminal's line clean
+  void finish() { bar_.erase(); }  // leaves the terminal's line clean
 
  private:
   // Simulated seconds per wall second, smoothed over the last while.
   void update_rate(const Progress& progress);
-  void show_bar(const Progress& progress);
-  void show_line(const Progress& progress) const;
+  void draw_bar(const Progress& progress);
+  void log_line(const Progress& progress) const;
 
   double timestep_;
   bool terminal_;
-  bool bar_visible_ = false;
+  TerminalLines bar_;
   bool first_ = true;
   double last_time_ = 0;  // s, simulated
   double last_wall_ = 0;  // s

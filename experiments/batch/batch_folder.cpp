@@ -20,24 +20,30 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::unique_ptr<Executor> make_executor(const BatchFolderOptions& options, Journal& journal) {
+std::unique_ptr<Executor> make_executor(const std::string& directory, const BatchOptions& options,
+                                        const SlurmSettings& settings, Journal& journal) {
   if (options.executor == "local")
     return local_executor({options.program, options.jobs, options.interrupt});
   if (options.executor != "slurm")
     throw InputError(
         fmt::format("--executor: \"{}\" is not known; expected local or slurm", options.executor));
   SlurmOptions slurm;
-  slurm.settings = options.slurm;
+  slurm.settings = settings;
   slurm.program = options.program;
-  slurm.folder = (fs::absolute(options.directory) / "slurm").lexically_normal().string();
+  slurm.folder = (fs::absolute(directory) / "slurm").lexically_normal().string();
   slurm.at_once = options.jobs;
   slurm.interrupt = options.interrupt;
   return slurm_executor(slurm, journal);
 }
 
-int side_by_side(const BatchFolderOptions& options) {
+int concurrent_runs(const BatchOptions& options) {
   if (options.jobs > 0 || options.executor != "local") return options.jobs;
   return static_cast<int>(std::thread::hardware_concurrency());
+}
+
+ProgressStyle progress_style(const BatchOptions& options) {
+  if (!options.show_progress) return ProgressStyle::none;
+  return options.json_progress ? ProgressStyle::json : ProgressStyle::text;
 }
 
 }  // namespace
@@ -68,37 +74,17 @@ DirectoryLock::DirectoryLock(const std::string& directory) {
 
 DirectoryLock::~DirectoryLock() { close(descriptor_); }
 
-BatchFolderOptions folder_options(const BatchOptions& options, const std::string& kind,
-                                  const std::string& identity, const std::string& directory,
-                                  int largest_total, const SlurmSettings& slurm) {
-  BatchFolderOptions o;
-  o.directory = directory;
-  o.identity = identity;
-  o.must_exist = options.resume;
-  o.executor = options.executor;
-  o.program = options.program;
-  o.jobs = options.jobs;
-  o.store = options.store;
-  o.slurm = slurm;
-  o.progress = !options.show_progress  ? ProgressStyle::none
-               : options.json_progress ? ProgressStyle::json
-                                       : ProgressStyle::text;
-  o.progress_name = kind;
-  o.largest_total = largest_total;
-  o.interrupt = options.interrupt;
-  o.replace_executor = options.replace_executor;
-  return o;
-}
-
-BatchFolder::BatchFolder(const BatchFolderOptions& options)
-    : runs_((fs::absolute(options.directory) / "runs").lexically_normal().string()) {
-  journal_file(options.directory, options.must_exist);  // the directory is there
-  lock_.emplace(options.directory);  // before the journal, which a batch at work may hold
-  journal_.emplace(options.directory, options.identity, options.must_exist);
-  if (!options.store.empty()) store_.emplace(options.store, sha256(options.identity));
-  if (options.replace_executor == nullptr) own_ = make_executor(options, *journal_);
-  progress_.emplace(options.progress, options.progress_name, options.largest_total,
-                    side_by_side(options), &*journal_);
+BatchFolder::BatchFolder(const std::string& directory, const BatchContent& content,
+                         const BatchOptions& options)
+    : runs_((fs::absolute(directory) / "runs").lexically_normal().string()) {
+  journal_file(directory, options.resume);  // the directory is there
+  lock_.emplace(directory);                 // before the journal, which a batch at work may hold
+  journal_.emplace(directory, content.identity, options.resume);
+  if (!options.store.empty()) store_.emplace(options.store, sha256(content.identity));
+  if (options.replace_executor == nullptr)
+    own_ = make_executor(directory, options, content.slurm, *journal_);
+  progress_.emplace(progress_style(options), content.kind, content.largest_total,
+                    concurrent_runs(options), &*journal_);
   executor_ = own_ ? own_.get() : options.replace_executor;
 }
 

@@ -42,26 +42,13 @@ struct BatchOptions {
   Executor* replace_executor = nullptr;          // for tests; not owned
 };
 
-struct BatchFolderOptions {
-  std::string directory;
-  std::string identity;  // text that identifies the batch; a journal with another one is rejected
-  bool must_exist = false;
-  std::string executor = "local";  // or "slurm"
-  std::string program;             // the firn executable that simulates; empty: this one
-  int jobs = 0;                    // concurrent simulations; 0: one per core
-  std::string store;               // file of the run cache; empty: none
+// What a folder holds.
+struct BatchContent {
+  std::string kind;       // "calibrate", "sweep", ...: prefix of lines of progress
+  std::string identity;   // text that identifies the batch; a journal with another one is rejected
+  int largest_total = 0;  // largest number of runs
   SlurmSettings slurm;
-  ProgressStyle progress = ProgressStyle::text;
-  std::string progress_name;  // prefix of lines of progress
-  int largest_total = 0;      // largest number of runs
-  const std::atomic<bool>* interrupt = nullptr;
-  Executor* replace_executor = nullptr;  // for tests; not owned
 };
-
-// Options of the folder of a batch. `kind`: "sweep", ...; `identity`: see BatchFolderOptions.
-BatchFolderOptions folder_options(const BatchOptions& options, const std::string& kind,
-                                  const std::string& identity, const std::string& directory,
-                                  int largest_total, const SlurmSettings& slurm);
 
 // Returns work(). Adds to a WriteError that finished runs are saved in `directory`.
 template <class Work>
@@ -77,8 +64,10 @@ auto with_kept_runs(const std::string& directory, Work&& work) {
 
 class BatchFolder {
  public:
-  // Throws InputError for a folder with other content and for one that another process has locked.
-  explicit BatchFolder(const BatchFolderOptions& options);
+  // `directory` replaces that of the options. Throws InputError for a folder with other content and
+  // for one that another process has locked.
+  BatchFolder(const std::string& directory, const BatchContent& content,
+              const BatchOptions& options);
 
   Executor& executor() { return *executor_; }
   Journal& journal() { return *journal_; }

@@ -5,14 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "experiments/batch/batch_state.h"
 #include "experiments/batch/execution/execution_settings.h"
-#include "experiments/system/terminal.h"
+#include "experiments/text/units.h"
 #include "experiments/text/vector_json.h"
 
 namespace firn {
@@ -21,12 +19,6 @@ namespace {
 constexpr int bar_width = 24;
 constexpr auto terminal_interval = std::chrono::milliseconds(200);
 constexpr auto plain_interval = std::chrono::seconds(30);
-
-std::string duration(double seconds) {
-  if (seconds < 90) return fmt::format("{:.0f} s", std::ceil(seconds));
-  if (seconds < 5400) return fmt::format("{:.0f} min", seconds / 60);
-  return fmt::format("{:.1f} h", seconds / 3600);
-}
 
 }  // namespace
 
@@ -44,7 +36,7 @@ BatchProgress::BatchProgress(ProgressStyle style, std::string name, int total, i
 BatchProgress::~BatchProgress() { done(); }
 
 void BatchProgress::done() {
-  erase();
+  lines_.erase();
   drawn_ = false;
 }
 
@@ -78,7 +70,7 @@ void BatchProgress::found(const PlannedRun& run, const JobResult& result) {
 }
 
 void BatchProgress::note(const PlannedRun& run, const std::string& line) {
-  erase();
+  lines_.erase();
   if (style_ != ProgressStyle::json) print_lines(stderr, "firn: {}\n", line);
   write_event("note", &run, nullptr, line);
 }
@@ -112,15 +104,14 @@ double BatchProgress::time_left() const {
 }
 
 std::string BatchProgress::line() const {
-  const int filled = total_ > 0 ? bar_width * std::min(done_, total_) / total_ : bar_width;
-  std::string s = terminal_ ? fmt::format("[{:#<{}}{:.<{}}] ", "", filled, "", bar_width - filled)
-                            : name_ + ": ";
+  const double share = total_ > 0 ? static_cast<double>(done_) / total_ : 1;
+  std::string s = terminal_ ? progress_bar(share, bar_width) + " " : name_ + ": ";
   s += fmt::format("{} of at most {} runs", done_, total_);
   if (running_ > 0) s += fmt::format(", {} under way", running_);
   if (failed_ > 0) s += fmt::format(", {} failed", failed_);
   if (cut_short_ > 0) s += fmt::format(", {} cut short", cut_short_);
   if (const double left = time_left(); std::isfinite(left))
-    s += fmt::format(", about {} left", duration(left));
+    s += fmt::format(", about {} left", estimated_duration_text(left));
   return s + fmt::format(", {}", phase_);
 }
 
@@ -132,24 +123,11 @@ void BatchProgress::draw(bool now) {
   const auto interval = terminal_ ? Clock::duration(terminal_interval) : plain_interval;
   if (!now && drawn_ && time - last_draw_ < interval) return;
   last_draw_ = time;
-  erase();
   drawn_ = true;
-  if (!terminal_) {
+  if (terminal_)
+    lines_.draw(line() + '\n' + knowledge_);
+  else
     print_lines(stderr, "{}\n", line());
-  } else {
-    std::istringstream text(line() + '\n' + knowledge_);
-    const std::size_t columns = terminal_columns();  // a line that wraps could not be erased
-    for (std::string row; std::getline(text, row); ++lines_drawn_)
-      print_lines(stderr, "{}{}", lines_drawn_ > 0 ? "\n" : "", fit_columns(row, columns));
-  }
-  std::fflush(stderr);
-}
-
-void BatchProgress::erase() {
-  if (!terminal_ || lines_drawn_ == 0) return;
-  for (int i = 1; i < lines_drawn_; ++i) std::fputs("\r\033[K\033[A", stderr);
-  std::fputs("\r\033[K", stderr);
-  lines_drawn_ = 0;
 }
 
 void BatchProgress::write_event(const char* event, const PlannedRun* run, const JobResult* result,

@@ -7,6 +7,7 @@
 
 #include "experiments/batch/batch_progress_record.h"
 #include "experiments/batch/journal/journal.h"
+#include "experiments/system/terminal.h"
 
 namespace firn {
 
@@ -39,7 +40,6 @@ class BatchProgress {
   double time_left() const;  // s; NaN: not known
   std::string line() const;
   void draw(bool now);
-  void erase();
   void write_event(const char* event, const PlannedRun* run, const JobResult* result,
                    const std::string& note = {}) const;
 
@@ -53,7 +53,7 @@ class BatchProgress {
   int done_ = 0, running_ = 0, failed_ = 0, cut_short_ = 0, timed_ = 0;
   double wall_ = 0;  // s, of all timed runs
   std::string phase_, knowledge_;
-  int lines_drawn_ = 0;  // on the terminal
+  TerminalLines lines_;
   bool drawn_ = false;
   Clock::time_point last_draw_{};
 };

@@ -8,11 +8,13 @@
 #include <cerrno>
 #include <chrono>
 #include <filesystem>
+#include <limits>
 #include <thread>
 
 #include "experiments/system/input_file.h"
 #include "experiments/system/input_limits.h"
 #include "experiments/system/output_file.h"
+#include "experiments/system/text_encoding.h"
 #include "firn/math.h"
 
 namespace firn::sqlite {
@@ -198,8 +200,8 @@ void File::fail(const std::string& what) const {
   throw RunError(fmt::format("{}: {}: {}", name_, what, sqlite3_errmsg(db_)));
 }
 
-void File::execute(const char* sql) {
-  if (sqlite3_exec(db_, sql, nullptr, nullptr, nullptr) != SQLITE_OK)
+void File::execute(const std::string& sql) {
+  if (sqlite3_exec(db_, sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK)
     fail("cannot be read or written");
 }
 
@@ -211,15 +213,20 @@ Statement::Statement(File& file, const char* sql) : file_(file) {
 Statement::~Statement() { sqlite3_finalize(statement_); }
 
 Statement& Statement::bind(const std::string& text) {
-  if (sqlite3_bind_text(statement_, ++bound_, text.c_str(), static_cast<int>(text.size()),
-                        SQLITE_TRANSIENT) != SQLITE_OK)
-    file_.fail("cannot bind a value");
-  return *this;
+  return check_bound(sqlite3_bind_text(statement_, ++bound_, text.c_str(),
+                                       static_cast<int>(text.size()), SQLITE_TRANSIENT));
 }
 
 Statement& Statement::bind(std::int64_t integer) {
-  if (sqlite3_bind_int64(statement_, ++bound_, integer) != SQLITE_OK)
-    file_.fail("cannot bind a value");
+  return check_bound(sqlite3_bind_int64(statement_, ++bound_, integer));
+}
+
+Statement& Statement::bind(double number) {
+  return check_bound(sqlite3_bind_double(statement_, ++bound_, number));
+}
+
+Statement& Statement::check_bound(int result) {
+  if (result != SQLITE_OK) file_.fail("cannot bind a value");
   return *this;
 }
 
@@ -232,13 +239,22 @@ bool Statement::next() {
 std::string Statement::text(int column) const {
   const unsigned char* s = sqlite3_column_text(statement_, column);
   const int size = sqlite3_column_bytes(statement_, column);
-  return s == nullptr
-             ? std::string()
-             : std::string(reinterpret_cast<const char*>(s), static_cast<std::size_t>(size));
+  return s == nullptr ? std::string()
+                      : encode::cleaned(std::string(reinterpret_cast<const char*>(s),
+                                                    static_cast<std::size_t>(size)));
 }
 
 std::int64_t Statement::integer(int column) const {
   return sqlite3_column_int64(statement_, column);
+}
+
+double Statement::real(int column) const {
+  return null(column) ? std::numeric_limits<double>::quiet_NaN()
+                      : sqlite3_column_double(statement_, column);
+}
+
+bool Statement::null(int column) const {
+  return sqlite3_column_type(statement_, column) == SQLITE_NULL;
 }
 
 Transaction::Transaction(File& file) : file_(file) { file.execute("BEGIN IMMEDIATE"); }
@@ -271,7 +287,7 @@ void migrate(File& file, std::span<const char* const> steps) {
         file.name(), version, newest));
   for (int step = version; step < newest; ++step)
     file.execute(steps[static_cast<std::size_t>(step)]);
-  file.execute(fmt::format("PRAGMA user_version = {}", newest).c_str());
+  file.execute(fmt::format("PRAGMA user_version = {}", newest));
   transaction.commit();
 }
 

@@ -36,7 +36,7 @@ class File {
   File(const File&) = delete;
   File& operator=(const File&) = delete;
 
-  void execute(const char* sql);
+  void execute(const std::string& sql);
   const std::string& name() const { return name_; }
   sqlite3* handle() const { return db_; }
   // Throws the error of the last call of the library. `what`: the failed action.
@@ -54,7 +54,7 @@ class File {
   sqlite3* db_ = nullptr;
 };
 
-// A prepared statement; parameters are bound in order.
+// A prepared statement; parameters are bound in the order of its question marks.
 class Statement {
  public:
   Statement(File& file, const char* sql);
@@ -64,11 +64,17 @@ class Statement {
 
   Statement& bind(const std::string& text);
   Statement& bind(std::int64_t integer);
-  bool next();  // advances to the next row; false: no more rows
-  std::string text(int column) const;
+  Statement& bind(double number);  // NaN: NULL
+
+  bool next();                         // advances to the next row; false: no more rows
+  std::string text(int column) const;  // as encode::cleaned() returns it
   std::int64_t integer(int column) const;
+  double real(int column) const;  // NULL: NaN
+  bool null(int column) const;
 
  private:
+  Statement& check_bound(int result);
+
   File& file_;
   sqlite3_stmt* statement_ = nullptr;
   int bound_ = 0;

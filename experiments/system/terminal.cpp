@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <iostream>
+#include <sstream>
 
 #include "experiments/system/output_file.h"
 
@@ -46,6 +47,27 @@ std::string fit_columns(std::string_view text, std::size_t columns) {
     if (used < columns) kept = i;
   }
   return std::string(text);
+}
+
+std::string progress_bar(double share, int width) {
+  const int filled = static_cast<int>(std::clamp(share, 0.0, 1.0) * width);
+  return fmt::format("[{:=<{}}{: <{}}]", "", filled, "", width - filled);
+}
+
+void TerminalLines::draw(const std::string& text) {
+  erase();
+  const std::size_t columns = terminal_columns();  // a line that wraps could not be erased
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line); ++drawn_)
+    print_lines(stderr, "{}{}", drawn_ > 0 ? "\n" : "", fit_columns(line, columns));
+  std::fflush(stderr);
+}
+
+void TerminalLines::erase() {
+  if (drawn_ == 0) return;
+  for (int i = 1; i < drawn_; ++i) print(stderr, "\r\x1b[K\x1b[A");
+  print(stderr, "\r\x1b[K");
+  drawn_ = 0;
 }
 
 void finish_standard_output() {

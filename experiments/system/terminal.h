@@ -21,6 +21,25 @@ std::size_t terminal_columns();
 // one line of printable UTF-8. Characters of double width count as two columns.
 std::string fit_columns(std::string_view text, std::size_t columns);
 
+// A bar of `width` columns and two brackets, filled for a share from 0 to 1.
+std::string progress_bar(double share, int width);
+
+// Lines at the end of standard error, a terminal, that are drawn again and again in one place.
+class TerminalLines {
+ public:
+  TerminalLines() = default;
+  TerminalLines(const TerminalLines&) = delete;
+  TerminalLines& operator=(const TerminalLines&) = delete;
+  ~TerminalLines() { erase(); }
+  // Replaces the lines. Each is shortened to the width of the terminal. Control sequences in `text`
+  // are made visible.
+  void draw(const std::string& text);
+  void erase();
+
+ private:
+  int drawn_ = 0;
+};
+
 // fmt::print() of encode::terminal_lines().
 template <class... Arguments>
 void print_lines(std::FILE* file, fmt::format_string<Arguments...> format,

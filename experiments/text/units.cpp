@@ -451,14 +451,22 @@ int edit_distance(std::string_view a, std::string_view b) {
   return row[b.size()];
 }
 
+constexpr double kLongestDuration = 1e12;  // s; beyond, a file is wrong
+
 std::string duration_text(double seconds) {
-  constexpr double kLongest = 1e12;  // s; beyond, a file is wrong
-  if (!(seconds <= kLongest)) return "undefined";
+  if (!(seconds <= kLongestDuration)) return "undefined";
   if (seconds < 10) return fmt::format("{:.1f} s", seconds);
   const auto total = static_cast<long>(std::ceil(seconds));
   if (total < 60) return fmt::format("{} s", total);
   if (total < 3600) return fmt::format("{} min {:02} s", total / 60, total % 60);
   return fmt::format("{} h {:02} min", total / 3600, total % 3600 / 60);
+}
+
+std::string estimated_duration_text(double seconds) {
+  if (!(seconds <= kLongestDuration)) return "undefined";
+  if (seconds < 90) return fmt::format("{:.0f} s", std::ceil(seconds));
+  if (seconds < 5400) return fmt::format("{:.0f} min", seconds / 60);
+  return fmt::format("{:.1f} h", seconds / 3600);
 }
 
 }  // namespace firn

@@ -79,6 +79,8 @@ std::string si_text(double value, const Dimension& dimension);
 
 // A duration (s) for display: "7.3 s", "48 s", "12 min 05 s", "3 h 20 min".
 std::string duration_text(double seconds);
+// An estimated duration (s), not below 0: "48 s", "12 min", "3.3 h".
+std::string estimated_duration_text(double seconds);
 
 // The words, separated by commas: "a, b, c".
 template <class Words>

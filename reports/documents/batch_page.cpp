@@ -91,7 +91,7 @@ void batch_summary(const BatchState& state, page::Page& page) {
   const int total = std::max(state.progress.most_runs, static_cast<int>(state.runs.size()));
   std::string line = fmt::format("{} of at most {} runs have ended", ended, total);
   if (const double left = state.time_left(); state.at_work && std::isfinite(left))
-    line += fmt::format("; about {} left", duration_text(left));
+    line += fmt::format("; about {} left", estimated_duration_text(left));
   if (state.at_work)
     page.top().note({Mark::neutral, task + " is running"}, line + ".");
   else

@@ -56,7 +56,7 @@ namespace {
 
 [[noreturn]] void refuse(Database& db, const char* column, const std::string& text,
                          const char* expected) {
-  throw InputError(fmt::format("{}: {}: is \"{}\"; expected {}", db.file().name(), column,
+  throw InputError(fmt::format("{}: {}: is \"{}\"; expected {}", db.name(), column,
                                text.substr(0, 40), expected));
 }
 
@@ -100,7 +100,7 @@ void Journal::write(Write&& write) {
 }
 
 void Journal::require_in_place() {
-  if (db_.file().moved()) put_back();
+  if (db_.moved()) put_back();
 }
 
 // The removed file can be read as long as it is open.
@@ -154,7 +154,7 @@ void Journal::start(const std::string& key) {
 
 void Journal::finish(const std::string& key, const JobResult& result) {
   const bool good = result.status == JobStatus::finished || result.status == JobStatus::arched;
-  if (db_.file().moved() && good) write_outcome(db_, key, result);  // others end with the folder
+  if (db_.moved() && good) write_outcome(db_, key, result);  // others end with the folder
   write([&] { write_outcome(db_, key, result); });
 }
 

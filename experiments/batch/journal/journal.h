@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "experiments/batch/execution/executor.h"
-#include "experiments/batch/journal/sqlite.h"
+#include "experiments/batch/journal/tables_file.h"
 
 namespace firn {
 

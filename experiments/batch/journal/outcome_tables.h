@@ -5,7 +5,7 @@
 #include <string>
 
 #include "experiments/batch/execution/executor.h"
-#include "experiments/batch/journal/sqlite.h"
+#include "experiments/batch/journal/tables_file.h"
 
 namespace firn {
 

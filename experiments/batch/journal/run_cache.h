@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "experiments/batch/journal/journal.h"
-#include "experiments/batch/journal/sqlite.h"
+#include "experiments/batch/journal/tables_file.h"
 
 namespace firn {
 

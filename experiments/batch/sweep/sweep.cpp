@@ -87,9 +87,11 @@ void write_csv(const SweepResult& r) {
 }
 
 void carry_out(SweepResult& r, const SweepOptions& options) {
-  BatchFolder folder(folder_options(options, "sweep", "sweep " + r.sweep.name, r.directory,
-                                    static_cast<int>(r.sweep.combinations() * r.sweep.seeds.size()),
-                                    r.sweep.execution.slurm));
+  BatchFolder folder(
+      r.directory,
+      {"sweep", "sweep " + r.sweep.name,
+       static_cast<int>(r.sweep.combinations() * r.sweep.seeds.size()), r.sweep.execution.slurm},
+      options);
   const interruption::Advice advice(
       fmt::format("everything finished is kept in {}: the same command resumes", r.directory));
   Batch batch(folder.executor(), folder.journal(), folder.store(), folder.progress(),

@@ -30,15 +30,13 @@ JobResult finished(double angle) {
 
 // A folder at work, as long as it lives.
 struct Working {
-  explicit Working(const std::string& folder) : batch(options(folder)) {}
-  static BatchFolderOptions options(const std::string& folder) {
-    BatchFolderOptions o;
-    o.directory = folder;
-    o.identity = "a study";
+  explicit Working(const std::string& folder)
+      : batch(folder, {.kind = "calibrate", .identity = "a study", .largest_total = 8, .slurm = {}},
+              options()) {}
+  static BatchOptions options() {
+    BatchOptions o;
     o.jobs = 2;
-    o.progress = ProgressStyle::none;
-    o.progress_name = "calibrate";
-    o.largest_total = 8;
+    o.show_progress = false;
     return o;
   }
   BatchFolder batch;

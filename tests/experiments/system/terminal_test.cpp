@@ -9,6 +9,14 @@
 namespace firn {
 namespace {
 
+TEST(ProgressBar, IsFilledForItsShare) {
+  EXPECT_EQ(progress_bar(0, 4), "[    ]");
+  EXPECT_EQ(progress_bar(0.5, 4), "[==  ]");
+  EXPECT_EQ(progress_bar(1, 4), "[====]");
+  EXPECT_EQ(progress_bar(7, 4), "[====]");
+  EXPECT_EQ(progress_bar(-7, 4), "[    ]");
+}
+
 TEST(FitColumns, NeverExceedsThemAndKeepsCharacters) {
   EXPECT_EQ(fit_columns("short", 79), "short");
   EXPECT_EQ(fit_columns("12345", 5), "12345");

@@ -150,5 +150,18 @@ TEST(Units, EditDistanceCountsCaseHalf) {
   EXPECT_EQ(edit_distance("densty", "density"), 2);
 }
 
+TEST(Durations, AreShortAndInCommonUnits) {
+  EXPECT_EQ(duration_text(7.31), "7.3 s");
+  EXPECT_EQ(duration_text(47.2), "48 s");
+  EXPECT_EQ(duration_text(725), "12 min 05 s");
+  EXPECT_EQ(duration_text(12000), "3 h 20 min");
+  EXPECT_EQ(duration_text(1e13), "undefined");
+  EXPECT_EQ(estimated_duration_text(0), "0 s");
+  EXPECT_EQ(estimated_duration_text(47.2), "48 s");
+  EXPECT_EQ(estimated_duration_text(725), "12 min");
+  EXPECT_EQ(estimated_duration_text(12000), "3.3 h");
+  EXPECT_EQ(estimated_duration_text(std::nan("")), "undefined");
+}
+
 }  // namespace
 }  // namespace firn
