@@ -499,20 +499,30 @@ TEST_F(CrashTest, BatchesWhoseWritesFailSaySoAndContinue) {
   for (const auto& command : batches()) meet_faults_of(command, 4, 5);
 }
 
-TEST_F(CrashTestLong, CalibrationWhoseWritesFailSaysSoAndContinues) {
-  if (!io_shim_works()) GTEST_SKIP() << "not into a program with the thread sanitizer";
-  meet_faults_of(batches()[0], 200, 6);
+// In pieces that each end within the time limit of a test: failing writes of a batch, by its
+// command, their number and the seed that chooses them.
+struct FailingWrites {
+  const char* name;
+  std::size_t batch;
+  int tries;
+  unsigned seed;
+};
+void PrintTo(const FailingWrites& piece, std::ostream* out) {
+  *out << piece.name << ", seed " << piece.seed;
 }
 
-TEST_F(CrashTestLong, SweepWhoseWritesFailSaysSoAndContinues) {
+class BatchWritesLong : public CrashTest, public testing::WithParamInterface<FailingWrites> {};
+TEST_P(BatchWritesLong, FailWithALineAndTheBatchContinues) {
   if (!io_shim_works()) GTEST_SKIP() << "not into a program with the thread sanitizer";
-  meet_faults_of(batches()[1], kAll, 7);
+  meet_faults_of(batches()[GetParam().batch], GetParam().tries, GetParam().seed);
 }
-
-TEST_F(CrashTestLong, ValidationWhoseWritesFailSaysSoAndContinues) {
-  if (!io_shim_works()) GTEST_SKIP() << "not into a program with the thread sanitizer";
-  meet_faults_of(batches()[2], 400, 8);
-}
+INSTANTIATE_TEST_SUITE_P(
+    Pieces, BatchWritesLong,
+    testing::Values(FailingWrites{"calibrate", 0, 50, 6}, FailingWrites{"calibrate", 0, 50, 7},
+                    FailingWrites{"calibrate", 0, 50, 8}, FailingWrites{"calibrate", 0, 50, 9},
+                    FailingWrites{"sweep", 1, kAll, 10}, FailingWrites{"validate", 2, 100, 11},
+                    FailingWrites{"validate", 2, 100, 12}, FailingWrites{"validate", 2, 100, 13},
+                    FailingWrites{"validate", 2, 100, 14}));
 
 // Commands that write tables, pages, pictures and databases: into the folder r alone.
 void CrashTest::meet_faults_of_outputs(std::size_t tries, unsigned seed, bool pictures) {
