@@ -99,7 +99,7 @@ class Runner {
       const auto found = std::ranges::find(base.model.materials, refine.material, &Material::name);
       if (found == base.model.materials.end())
         throw InputError(
-            fmt::format("{}: experiments.{}.refine.material: \"{}\" is no material of "
+            fmt::format("{}: experiments.{}.refine.material: \"{}\" is not a material of "
                         "the case; expected one",
                         suite_.source, experiment.name, refine.material));
       base_modulus_[e] = found->young_modulus;

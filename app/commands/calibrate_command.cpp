@@ -85,7 +85,8 @@ ScopeLimit parse_scope(const std::string& text) {
   const std::size_t equals = text.find('=');
   if (equals == text.npos || equals == 0 || equals + 1 == text.size())
     throw InputError(fmt::format(
-        "--scope {}: is no limit; expected NAME=TEXT, such as \"temperature=-10 to -5 C\"", text));
+        "--scope {}: is not a limit; expected NAME=TEXT, such as \"temperature=-10 to -5 C\"",
+        text));
   return {text.substr(0, equals), text.substr(equals + 1)};
 }
 

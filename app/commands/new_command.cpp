@@ -101,7 +101,7 @@ int create(const NewArguments& a) {
   if (chosen == all.end())
     throw InputError(
         fmt::format("--from: {}; expected one of {}",
-                    a.from.empty() ? "is missing" : fmt::format("\"{}\" is no template", a.from),
+                    a.from.empty() ? "is missing" : fmt::format("\"{}\" is not a template", a.from),
                     fmt::join(names, ", ")));
   if (a.name.empty()) throw InputError("NAME: is missing; expected the name of a new folder");
   const fs::path folder = a.name;

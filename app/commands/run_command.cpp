@@ -259,7 +259,7 @@ TraceOptions trace_options(const RunArguments& a) {
   }
   if (error != std::errc() || stop != end || trace.numbers_to < trace.numbers_from)
     throw InputError(fmt::format(
-        "--trace-numbers {}: is no range of steps; expected STEP or FROM:TO", a.trace_numbers));
+        "--trace-numbers {}: is not a range of steps; expected STEP or FROM:TO", a.trace_numbers));
   return trace;
 }
 

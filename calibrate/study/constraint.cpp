@@ -51,8 +51,8 @@ class RuleReader {
 
  private:
   [[noreturn]] void fail(const std::string& what) const {
-    throw InputError(
-        fmt::format("\"{}\" is no inequality: {}, as in \"dynamic <= 0.9 static\"", rule_, what));
+    throw InputError(fmt::format("\"{}\" is not an inequality: {}, as in \"dynamic <= 0.9 static\"",
+                                 rule_, what));
   }
   void skip_blanks() {
     while (at_ < rule_.size() && rule_[at_] == ' ') ++at_;
@@ -93,7 +93,8 @@ class RuleReader {
     }
     const auto found = std::find_if(parameters_.begin(), parameters_.end(),
                                     [&](const Parameter& p) { return p.name == name; });
-    if (found == parameters_.end()) fail(fmt::format("\"{}\" is no parameter of the study", name));
+    if (found == parameters_.end())
+      fail(fmt::format("\"{}\" is not a parameter of the study", name));
     c.coefficients[static_cast<std::size_t>(found - parameters_.begin())] +=
         factor * number.value_or(1);
   }

@@ -46,7 +46,7 @@ std::optional<VectorXd> simulated_curve(const CurveTarget& target, const JobResu
     const std::string name = target.name + end;
     if (const auto values = response_values(run, name, unit)) return *values;
     throw InputError(
-        fmt::format("\"{}\" in \"{}\" is no response of the run; expected the name of a "
+        fmt::format("\"{}\" in \"{}\" is not a response of the run; expected the name of a "
                     "[[measure]] of the kind "
                     "\"curve\", in units of the same kind",
                     name, unit));

@@ -27,7 +27,7 @@ StatedQuantity split_quantity(const std::string& text) {
     q.value = std::stod(text, &used);
   } catch (const std::exception&) {
     throw InputError(
-        fmt::format("\"{}\" is no number; expected a number and its unit, such as "
+        fmt::format("\"{}\" is not a number; expected a number and its unit, such as "
                     "\"10 deg\"",
                     text));
   }
@@ -72,7 +72,7 @@ Parameter read_parameter(const TomlTable& t) {
                        p.min));
   p.integer = t.boolean("integer", false);
   if (p.integer && (p.min != std::round(p.min) || p.max != std::round(p.max)))
-    t.fail("min", "the ends of an integer's range are no integers; expected whole numbers");
+    t.fail("min", "the ends of an integer's range are not integers; expected whole numbers");
   if (t.has("prior_mean") != t.has("prior_sd"))
     t.fail(t.has("prior_mean") ? "prior_sd" : "prior_mean",
            "is missing; expected both prior_mean and prior_sd, or neither");
@@ -157,7 +157,7 @@ std::size_t named_parameter(const TomlTable& t, const Study& study) {
   for (std::size_t i = 0; i < study.parameters.size(); ++i)
     if (study.parameters[i].name == name) return i;
   t.fail("parameter",
-         fmt::format("\"{}\" is no parameter of this study; expected the name of one", name));
+         fmt::format("\"{}\" is not a parameter of this study; expected the name of one", name));
 }
 
 // A number in the unit of the parameter's range.

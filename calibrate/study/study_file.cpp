@@ -52,9 +52,10 @@ void read_takes(const TomlTable& t, const Study& study, Experiment& e) {
     const auto found = std::find_if(study.parameters.begin(), study.parameters.end(),
                                     [&](const Parameter& p) { return p.name == name; });
     if (found == study.parameters.end())
-      t.fail("parameters", fmt::format("\"{}\" is no parameter of this study; expected the names "
-                                       "of some",
-                                       name));
+      t.fail("parameters",
+             fmt::format("\"{}\" is not a parameter of this study; expected the names "
+                         "of some",
+                         name));
     takes[static_cast<std::size_t>(found - study.parameters.begin())] = true;
   }
   e.takes = std::move(takes);
@@ -140,7 +141,7 @@ std::size_t named_experiment(const TomlTable& t, const Study& study) {
   for (std::size_t e = 0; e < study.experiments.size(); ++e)
     if (study.experiments[e].name == wanted) return e;
   t.fail("experiment",
-         fmt::format("\"{}\" is no experiment of this study; expected the name of one "
+         fmt::format("\"{}\" is not an experiment of this study; expected the name of one "
                      "of [[experiments]]",
                      wanted));
 }
@@ -391,9 +392,10 @@ void read_numerics(const TomlTable& root, Study& study) {
       for (const Override& change : check.set)
         if (std::none_of(experiment.set.begin(), experiment.set.end(),
                          [&](const Override& o) { return o.first == change.first; }))
-          t.fail("set", fmt::format("\"{}\" is no key of `set` of the experiment \"{}\"; expected "
-                                    "one, or another `experiment`",
-                                    change.first, experiment.name));
+          t.fail("set",
+                 fmt::format("\"{}\" is not a key of `set` of the experiment \"{}\"; expected "
+                             "one, or another `experiment`",
+                             change.first, experiment.name));
     }
     study.numerics.push_back(std::move(check));
   }
@@ -426,7 +428,7 @@ void read_compare(const TomlTable& root, Study& study) {
     for (const std::string& key : values.keys())
       if (std::none_of(study.parameters.begin(), study.parameters.end(),
                        [&](const Parameter& p) { return p.name == key; }))
-        values.fail(key, "is no parameter of this study; expected the name of one");
+        values.fail(key, "is not a parameter of this study; expected the name of one");
     for (const Parameter& p : study.parameters) {
       const StatedQuantity q = read_stated_quantity(values, p.name);
       if (q.unit != p.unit)

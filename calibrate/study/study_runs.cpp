@@ -257,7 +257,7 @@ void StudyRuns::check_responses(std::size_t experiment, const JobResult& result)
       return;
     }
     throw InputError(fmt::format(
-        "{}: response: \"{}\" is no single-valued response of {}; expected "
+        "{}: response: \"{}\" is not a single-valued response of {}; expected "
         "one of {}",
         study_.source, id.name, study_.experiments[experiment].source(), fmt::join(known, ", ")));
   };

@@ -90,7 +90,7 @@ void require_program(const TomlTable& t, const UserProgram& p) {
   if (!found)
     t.fail("program",
            fmt::format(
-               "\"{}\" is no program that can be started; expected the name of one in PATH, "
+               "\"{}\" is not a program that can be started; expected the name of one in PATH, "
                "an absolute path, or \"./NAME\" of an executable file in the folder of the study",
                name));
 }
@@ -138,10 +138,10 @@ std::string read_responses_name(const TomlTable& t) {
   const fs::path path(name);
   if (path.has_parent_path() || name.starts_with('-') ||
       (path.extension() != ".json" && path.extension() != ".csv"))
-    t.fail("responses",
-           fmt::format("\"{}\" is no such name; expected the name of the .json or .csv file that "
-                       "the program writes into its working folder",
-                       name));
+    t.fail("responses", fmt::format("\"{}\" is not the name of a file of responses; expected the "
+                                    "name of the .json or .csv file that "
+                                    "the program writes into its working folder",
+                                    name));
   return name;
 }
 
@@ -185,9 +185,10 @@ void require_placeholders(const TomlTable& t, const UserProgram& p,
   const auto scan = [&](const char* key, const std::string& text, const std::string& where) {
     replace_placeholders(text, [&](const std::string& name, std::size_t line) {
       if (name != "seed" && std::find(names.begin(), names.end(), name) == names.end())
-        t.fail(key, fmt::format("{}{{{{{}}}}} is no parameter that the experiment takes and no key "
-                                "of its `set`; expected one of those, or seed",
-                                where.empty() ? "" : fmt::format("{}:{}: ", where, line), name));
+        t.fail(key, fmt::format(
+                        "{}{{{{{}}}}} is neither a parameter that the experiment takes nor a key "
+                        "of its `set`; expected one of those, or seed",
+                        where.empty() ? "" : fmt::format("{}:{}: ", where, line), name));
       used.insert(name);
       return std::string();
     });

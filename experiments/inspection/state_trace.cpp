@@ -49,7 +49,7 @@ class TraceReader {
     if (!in_)
       throw InputError(file + ": cannot be read; expected a trace of firn run --trace-hashes");
     if (!std::getline(in_, line_) || line_ != kMagic)
-      throw InputError(file + ":1: is no trace; expected a file of firn run --trace-hashes");
+      throw InputError(file + ":1: is not a trace; expected a file of firn run --trace-hashes");
     while (std::getline(in_, line_) && line_.starts_with('#')) {
       if (line_.starts_with(kCase)) case_hash = line_.substr(kCase.size());
       if (line_.starts_with(kGroups)) groups = split(line_.substr(kGroups.size()), ',');

@@ -154,7 +154,7 @@ MaterialKey parse_material_key(const std::string& text) {
     }
   }
   throw InputError(
-      fmt::format("\"{}\" is no key of a material; expected materials.NAME.KEY or "
+      fmt::format("\"{}\" is not a key of a material; expected materials.NAME.KEY or "
                   "interactions.NAME-NAME.KEY with a key of docs/case-files.md, names of letters, "
                   "digits and _",
                   path));
@@ -172,7 +172,7 @@ std::string MaterialChoice::selection() const {
 MaterialChoice parse_material_choice(const std::string& text) {
   const auto bad = [&] {
     return InputError(fmt::format(
-        "material \"{}\": is no record; expected NAME, NAME@VERSION, or either with #SAMPLE",
+        "material \"{}\": is not a record; expected NAME, NAME@VERSION, or either with #SAMPLE",
         text));
   };
   const auto whole = [&](std::string_view digits, auto& value) {

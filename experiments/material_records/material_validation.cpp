@@ -125,7 +125,7 @@ void check_ensemble(const MaterialRecord& r) {
     if (std::ranges::find(r.parameters, axis.parameter, &MaterialParameter::name) ==
         r.parameters.end())
       refuse(field + ".parameter",
-             fmt::format("\"{}\" is no parameter of the record; expected one", axis.parameter));
+             fmt::format("\"{}\" is not a parameter of the record; expected one", axis.parameter));
     if (!names.insert(axis.parameter).second)
       refuse(field + ".parameter", fmt::format("\"{}\" is there twice", axis.parameter));
     require_interval(field + ".bounds", axis.bounds);
@@ -233,7 +233,7 @@ void check_provenance(const MaterialRecord& r) {
     for (const std::string& name : p.cases[i].parameters)
       if (std::ranges::find(r.parameters, name, &MaterialParameter::name) == r.parameters.end())
         refuse(fmt::format("provenance.cases.{}.parameters", i),
-               fmt::format("\"{}\" is no parameter of the record; expected one", name));
+               fmt::format("\"{}\" is not a parameter of the record; expected one", name));
   }
   require_text("provenance.command", p.command, "what makes the values again");
   if (p.measurements.empty())

@@ -27,8 +27,8 @@ std::string existing_file(const TomlTable& t, std::string_view key, const fs::pa
   const fs::path path = (folder / t.string(key)).lexically_normal();
   std::error_code error;
   if (!fs::is_regular_file(path, error)) {
-    t.fail(key,
-           fmt::format("\"{}\" is no file; expected a path relative to this file", path.string()));
+    t.fail(key, fmt::format("\"{}\" is not a file; expected a path relative to this file",
+                            path.string()));
   }
   return path.string();
 }
@@ -109,7 +109,7 @@ std::vector<BenchTest> read_bench_tests(const std::string& file) {
     if (with.empty()) continue;
     if (with == tests[i].name || std::ranges::count(tests, with, &BenchTest::name) == 0) {
       tables[i].fail("extends_test",
-                     fmt::format("\"{}\" is no other test; expected one of this file's", with));
+                     fmt::format("\"{}\" is not another test; expected one of this file's", with));
     }
   }
   return tests;

@@ -172,7 +172,7 @@ UnitValue parse_unit_value(const std::string& text) {
   const bool usable = std::abs(q.value) <= usable_range(dimension::none).largest;
   if (error != std::errc() || !usable) {
     throw InputError(
-        fmt::format("\"{}\" is no quantity; expected a number and its unit, such as "
+        fmt::format("\"{}\" is not a quantity; expected a number and its unit, such as "
                     "\"10 deg\"",
                     text));
   }

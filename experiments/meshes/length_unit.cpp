@@ -45,7 +45,8 @@ double parse_length_unit(const std::string& name) {
     return parse_quantity("1 " + name, dimension::length);
   } catch (const InputError&) {
     throw InputError(fmt::format(
-        "\"{}\" is no unit of length; expected one such as \"mm\", \"cm\", \"m\" or \"in\"", name));
+        "\"{}\" is not a unit of length; expected one such as \"mm\", \"cm\", \"m\" or \"in\"",
+        name));
   }
 }
 

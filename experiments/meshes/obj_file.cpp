@@ -52,7 +52,7 @@ class LineCheck {
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (word.empty() || error != std::errc() || end != word.data() + word.size() ||
         !std::isfinite(value))
-      fail(fmt::format("\"{}\" is no coordinate; expected \"v X Y Z\"", word));
+      fail(fmt::format("\"{}\" is not a coordinate; expected \"v X Y Z\"", word));
     return value;
   }
   // "7", "7/1/2", "-1": the last one so far.
@@ -61,7 +61,7 @@ class LineCheck {
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), index);
     const bool whole = end == word.data() + word.size() || *end == '/';
     if (error != std::errc() || !whole)
-      fail(fmt::format("\"{}\" is no vertex; expected its number", word));
+      fail(fmt::format("\"{}\" is not a vertex; expected its number", word));
     if (index == 0 || index > vertices_ || index < -vertices_)
       fail(fmt::format("vertex {} is not there; {} came before", index, vertices_));
   }

@@ -29,7 +29,7 @@ const Response& find(const ResponseExpression& operand, const std::vector<Respon
   if (found != responses.end()) return *found;
   std::vector<std::string> names;
   for (const Response& r : responses) names.push_back(r.name);
-  throw InputError(fmt::format("\"{}\" is no response of the case; expected one of {}",
+  throw InputError(fmt::format("\"{}\" is not a response of the case; expected one of {}",
                                operand.response, fmt::join(names, ", ")));
 }
 
@@ -64,10 +64,10 @@ ResponseExpression parse_response_expression(const std::string& text) {
     o.response.resize(bracket);
   }
   if (o.response.empty() || o.response.find_first_of(" []") != std::string::npos)
-    throw InputError(
-        fmt::format("\"{}\" is no operand; expected a number, NAME, NAME[2], or one of max, min, "
-                    "mean, sum, median and NAME",
-                    text));
+    throw InputError(fmt::format(
+        "\"{}\" is not an operand; expected a number, NAME, NAME[2], or one of max, min, "
+        "mean, sum, median and NAME",
+        text));
   return o;
 }
 

@@ -265,7 +265,7 @@ class Check {
         if (object.is_group) refuse(object.path, "is a group; expected a dataset");
         if (d.path == "/states/<step>" &&
             name->find_first_not_of("0123456789") != std::string::npos)
-          refuse(object.path, "is no number of a step; expected digits");
+          refuse(object.path, "is not a number of a step; expected digits");
         found_.push_back({&d, &object, *name});
         contents_.datasets.emplace(object.path, &d);
         contents_.shapes.emplace(object.path, object.shape);
@@ -444,7 +444,7 @@ class Check {
     }
     const hdf5::Attribute is = file_.attribute(path, "unit");
     if (is.type != Type::text || !is.has_space || !is.shape.empty())
-      refuse(path, fmt::format("the attribute unit is no single text; expected \"{}\"", unit));
+      refuse(path, fmt::format("the attribute unit is not a single text; expected \"{}\"", unit));
     if (const std::string value = file_.text_attribute(path, "unit"); value != unit)
       refuse(path, fmt::format("the attribute unit is \"{}\"; expected \"{}\"", value, unit));
   }

@@ -280,7 +280,7 @@ std::vector<double> Recording::series(const std::string& asked) const {
   if (path != asked) warn_of_old_name(impl_->name, {asked, 0, asked, path, false});
   const auto known = impl_->contents.datasets.find(path);
   if (known != impl_->contents.datasets.end() && !known->second->shape.starts_with("T"))
-    throw InputError(fmt::format("{}: {}: is no series over frames", file(), path));
+    throw InputError(fmt::format("{}: {}: is not a series over frames", file(), path));
   std::vector<double> values = impl_->rows(path, 0, impl_->frames);
   if (path.starts_with("/frames/") && path != "/frames/time" && path != "/frames/position") {
     const std::size_t width = impl_->contents.shapes.at(path)[2];

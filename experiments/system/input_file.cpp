@@ -70,7 +70,7 @@ class OpenInput {
     if (::fstat(number_, &status_) != 0)
       refuse(fmt::format("cannot be read: {}", std::strerror(errno)));
     if (S_ISDIR(status_.st_mode)) refuse("is a folder");
-    if (!S_ISREG(status_.st_mode)) refuse("is no regular file but a device, a pipe or a socket");
+    if (!S_ISREG(status_.st_mode)) refuse("is not a regular file but a device, a pipe or a socket");
   }
   ~OpenInput() { ::close(number_); }
   OpenInput(const OpenInput&) = delete;

@@ -93,8 +93,9 @@ FieldJson read_results_json(const std::string& file, const std::string& what,
                             const std::string& kind, const std::string& command) {
   FieldJson document = read_results_json(file, what);
   if (results_kind(document) != kind)
-    throw InputError(fmt::format(
-        "{}: is no result of a {}; expected the results.json that {} writes", file, kind, command));
+    throw InputError(
+        fmt::format("{}: is not a result of a {}; expected the results.json that {} writes", file,
+                    kind, command));
   return document;
 }
 

@@ -40,7 +40,7 @@ std::vector<Response> call(const py::object& simulator, const std::map<std::stri
     throw RunError(py::str(e.value()).cast<std::string>());
   } catch (const py::cast_error&) {
     throw InputError(
-        "the simulator returned a response that is no number; expected a number, or a pair of a "
+        "the simulator returned a response that is not a number; expected a number, or a pair of a "
         "number and a unit");
   }
 }

@@ -37,7 +37,7 @@ void require_ascending(const StudyDocument::Interval& interval) {
 }
 
 double require_finite(double value, const char* what) {
-  if (!std::isfinite(value)) throw BadValue(fmt::format("{} is no number", what));
+  if (!std::isfinite(value)) throw BadValue(fmt::format("{} is not a number", what));
   return value;
 }
 

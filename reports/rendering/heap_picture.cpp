@@ -220,7 +220,7 @@ void draw_heap(const Recording& recording, std::size_t frame, const std::string&
   const Case c = recording.read_case();
   if (!c.drained_repose) {
     throw InputError(
-        fmt::format("{}: is no drained angle of repose test; expected one to draw its "
+        fmt::format("{}: is not a drained angle of repose test; expected one to draw its "
                     "heap",
                     recording.file()));
   }

@@ -28,7 +28,7 @@ void check_bonds(const Model& model) {
     const bool fits = b.a >= 0 && b.a < particles && b.b >= 0 && b.b < particles && b.a != b.b &&
                       b.law >= 0 && b.law < laws;
     if (!fits)
-      throw InputError(fmt::format("bonds: {} and {} are no two particles of the case", b.a, b.b));
+      throw InputError(fmt::format("bonds: {} and {} are not two particles of the case", b.a, b.b));
   }
 }
 

@@ -27,7 +27,7 @@ constexpr std::size_t kPlanAgain = 10000;  // triangles that a repeated search p
 Shape make_mesh(const TriangleMesh& mesh, const ShapeOptions& options) {
   const std::string defects = inspect(mesh).sentence();
   if (!defects.empty()) {
-    throw InputError("the mesh is no solid (" + defects +
+    throw InputError("the mesh is not a solid (" + defects +
                      "); expected a closed surface facing outwards");
   }
   if (mesh.triangles.size() > kMaxTriangles) {

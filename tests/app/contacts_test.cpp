@@ -216,7 +216,8 @@ TEST_F(ContactsCommand, TracesTellTheFirstDifference) {
               HasSubstr("particle 1: velocity_x 0 against "));
   EXPECT_THAT(folder_.firn({"compare-traces", "a", "b"}).out,
               HasSubstr("first difference at step 0"));
-  expect_one_line(folder_.firn({"compare-traces", "a", "case.toml"}), "case.toml:1: is no trace");
+  expect_one_line(folder_.firn({"compare-traces", "a", "case.toml"}),
+                  "case.toml:1: is not a trace");
   expect_one_line(
       folder_.firn({"run", "case.toml", "--trace-hashes", "c", "--trace-numbers", "5:3"}),
       "--trace-numbers 5:3");

@@ -112,15 +112,15 @@ TEST_F(Limits, OnlyRegularFilesAreRead) {
     SCOPED_TRACE(reader.what);
     replace(reader.file, [](const auto& file) { ASSERT_EQ(mkfifo(file.c_str(), 0600), 0); });
     EXPECT_THAT(refusal(reader.command),
-                AnyOf(HasSubstr("no regular file"), HasSubstr("is no file")));
+                AnyOf(HasSubstr("not a regular file"), HasSubstr("is not a file")));
     put_back();
     replace(reader.file,
             [](const auto& file) { std::filesystem::create_symlink("/dev/zero", file); });
     EXPECT_THAT(refusal(reader.command),
-                AnyOf(HasSubstr("no regular file"), HasSubstr("is no file")));
+                AnyOf(HasSubstr("not a regular file"), HasSubstr("is not a file")));
     put_back();
     replace(reader.file, [](const auto& file) { std::filesystem::create_directory(file); });
-    EXPECT_THAT(refusal(reader.command), AnyOf(HasSubstr("is a folder"), HasSubstr("is no file"),
+    EXPECT_THAT(refusal(reader.command), AnyOf(HasSubstr("is a folder"), HasSubstr("is not a file"),
                                                HasSubstr("does not exist")));
     put_back();
   }

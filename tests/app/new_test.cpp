@@ -48,7 +48,7 @@ TEST(NewCommand, KeepsWhatIsThere) {
   refused({"new", "full", "--from", "hopper"}, "full: exists");
   refused({"new", "file", "--from", "hopper"}, "file: exists");
   refused({"new", "link", "--from", "hopper"}, "link: exists");
-  refused({"new", "fresh", "--from", "bin"}, "\"bin\" is no template; expected one of bucket");
+  refused({"new", "fresh", "--from", "bin"}, "\"bin\" is not a template; expected one of bucket");
   refused({"new", "fresh"}, "--from: is missing");
   refused({"new", "--from", "hopper"}, "NAME: is missing");
   EXPECT_FALSE(folder.contains("fresh"));

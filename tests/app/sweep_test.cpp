@@ -216,8 +216,8 @@ TEST(SweepCommand, RefusesInOneLine) {
   refused("\"materials.ice.density\"", "\"case.seed\"", "is the sweep's own");
   refused("values = [0.1, 0.2, 0.3]", "values = []", "is missing");
   refused("values = [0.1, 0.2, 0.3]", "values = 0.1", "expected a list");
-  refused("\"present_mass\"", "\"present mass\"", "is no operand");
-  refused("\"present_mass\"", "\"absent_mass\"", "is no response");
+  refused("\"present_mass\"", "\"present mass\"", "is not an operand");
+  refused("\"present_mass\"", "\"absent_mass\"", "is not a response");
   refused("name = \"friction\"", "name = \"density\"", "is taken already");
   refused("seeds = 2", "seeds = 2\ndesign = \"morris\"", "expected an even number of levels");
   refused("seeds = 2", "seeds = 2\ntrajectories = 5", "needs `design = \"morris\"`");

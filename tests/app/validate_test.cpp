@@ -218,7 +218,7 @@ TEST(ValidateCommand, RefusesInOneLine) {
   refused("seeds = 6", "seeds = 0", "changed.toml:3: suite.seeds");
   refused("seeds = 6", "seds = 6", "seeds");
   refused("case = \"case.toml\"", "case = \"none.toml\"", "does not exist");
-  refused("experiment = \"fall\"", "experiment = \"fly\"", "is no experiment of this suite");
+  refused("experiment = \"fall\"", "experiment = \"fly\"", "is not an experiment of this suite");
   refused("kind = \"criteria\"", "kind = \"value\"", "is qualitative");
   refused("measurement = \"mass.toml\"", "measurement = \"claims.toml\"", "is qualitative");
   refused("kind = \"value\"", "kind = \"values\"", "value");
@@ -231,15 +231,15 @@ TEST(ValidateCommand, RefusesInOneLine) {
   refused("[[comparisons]]",
           "[[chosen]]\nwhat = \"a\"\nmeasurement = \"mass.toml\"\nexperiments = [\"b\"]\n"
           "[[comparisons]]",
-          "\"b\" is no experiment of this suite");
+          "\"b\" is not an experiment of this suite");
   refused("seeds = 2\n", "seeds = 2\nassumed = true\nnumerics = true\n", "does not go with");
   refused("responses = [\"present_mass\"]", "responses = [\"a\"]\nnot_comparable = \"b\"",
           "does not go with");
-  refused("material = \"ice\"", "material = \"snow\"", "is no material of the case");
+  refused("material = \"ice\"", "material = \"snow\"", "is not a material of the case");
   refused("material = \"paper-text\"", "material = \"paper-txt\"", "paper-txt");
   refused("material = \"paper-text\"", "material = \"paper-text\"\nsamples = 3",
           "has no posterior ensemble");
-  refused("responses = [\"peak_normal_force\"]", "responses = [\"a b c\"]", "is no operand");
+  refused("responses = [\"peak_normal_force\"]", "responses = [\"a b c\"]", "is not an operand");
   refused("responses = [\"peak_normal_force\"]", "", "is missing");
   refused("name = \"claims\"", "name = \"mass\"", "is taken already");
   refused("stiffness = [\"2 MPa\", \"4 MPa\"]", "stiffness = [\"2 m\"]", "stiffness");

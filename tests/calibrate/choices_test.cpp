@@ -255,7 +255,7 @@ TEST(Choices, AreRefusedWithOneLine) {
        "takes no parameter with choices"},
       {"choices = [1, 2]\n", "[[constraints]]\nrule = \"law <= a\"\n", "law"},
       {"choices = [1, 2]\n", "[[priors]]\nparameter = \"law\"\nkind = \"normal\"\n",
-       "\"law\" is no parameter"},
+       "\"law\" is not a parameter"},
   };
   for (const auto& c : cases) {
     const std::string said = message(c.choices, c.more);

@@ -16,7 +16,7 @@ std::vector<std::vector<double>> loads_by_run(const RunGroup& base, const std::s
     const auto found = std::ranges::find(run->responses, response, &Response::name);
     if (found == run->responses.end())
       throw InputError(
-          fmt::format("\"{}\" is no response of the case; expected loads, one value a "
+          fmt::format("\"{}\" is not a response of the case; expected loads, one value a "
                       "particle, such as \"compressive_loads\"",
                       response));
     runs.push_back(defined(found->value));

@@ -176,8 +176,9 @@ Chosen read_chosen(const TomlTable& t, const Suite& suite) {
     if (std::ranges::find(suite.experiments, name, &SuiteExperiment::name) ==
         suite.experiments.end())
       t.fail("experiments",
-             fmt::format("\"{}\" is no experiment of this suite; expected names of [[experiments]]",
-                         name));
+             fmt::format(
+                 "\"{}\" is not an experiment of this suite; expected names of [[experiments]]",
+                 name));
   return c;
 }
 
@@ -225,9 +226,10 @@ SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
   const std::string experiment = t.string("experiment");
   const auto found = std::ranges::find(suite.experiments, experiment, &SuiteExperiment::name);
   if (found == suite.experiments.end())
-    t.fail("experiment", fmt::format("\"{}\" is no experiment of this suite; expected the name of "
-                                     "one",
-                                     experiment));
+    t.fail("experiment",
+           fmt::format("\"{}\" is not an experiment of this suite; expected the name of "
+                       "one",
+                       experiment));
   c.experiment = static_cast<std::size_t>(found - suite.experiments.begin());
   const auto belongs = [&](const char* key, bool here) {
     if (t.has(key) && !here)

@@ -42,9 +42,10 @@ SlurmSettings read_slurm(const TomlTable& t) {
   s.options = t.strings("options");
   for (const std::string& option : s.options)
     if (!is_slurm_option(option))
-      t.fail("options", fmt::format("\"{}\" is no option of sbatch that a file may set; expected "
-                                    "such as \"--qos=low\": one of {}",
-                                    option, comma_list(slurm_options)));
+      t.fail("options",
+             fmt::format("\"{}\" is not an option of sbatch that a file may set; expected "
+                         "such as \"--qos=low\": one of {}",
+                         option, comma_list(slurm_options)));
   s.poll = t.quantity("poll", dimension::time, Sign::positive, "10 s");
   return s;
 }
@@ -83,9 +84,10 @@ double parse_memory(const std::string& text) {
     if (std::isfinite(value) && value > 0 && unit != std::string::npos &&
         text.substr(unit) == u.name)
       return value * u.bytes;
-  throw InputError(fmt::format(
-      "\"{}\" is no amount of memory; expected a number above 0 and its unit, such as \"2 GiB\"",
-      text));
+  throw InputError(
+      fmt::format("\"{}\" is not an amount of memory; expected a number above 0 and its unit, such "
+                  "as \"2 GiB\"",
+                  text));
 }
 
 std::string memory_text(double bytes) {

@@ -114,7 +114,7 @@ std::vector<Response> read_program_responses(const std::string& file) {
     for (const std::string& text : {r.name, r.unit})
       if (text.empty() || text.size() > longest_name || !encode::first_unprintable(text).empty())
         throw InputError(
-            fmt::format("{}: \"{}\" is no name of a response or unit; expected printable text",
+            fmt::format("{}: \"{}\" is not a name of a response or unit; expected printable text",
                         file, shortened(text)));
     if (!names.insert(r.name).second)
       throw InputError(

@@ -128,7 +128,7 @@ void take_csv(const TomlTable& t, const Dimension& way, Motion m) {
                     way_column = t.string("position_column", "way");
   std::error_code unreadable;  // as a name that is too long
   if (!std::filesystem::is_regular_file(file, unreadable))
-    t.fail("file", fmt::format("\"{}\" is no file; expected a CSV file", file));
+    t.fail("file", fmt::format("\"{}\" is not a file; expected a CSV file", file));
   const MotionCsv table = read_motion_csv(file, time_column, way_column, way);
   m.times = table.times;
   m.positions = table.positions;

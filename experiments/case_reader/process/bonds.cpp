@@ -37,7 +37,7 @@ std::vector<Couple> pairs_from_inlet(const TomlTable& t, const Case& c) {
   const std::string name = t.string("inlet");
   const auto source = std::ranges::find(c.inlets, name, &Inlet::name);
   if (source == c.inlets.end())
-    t.fail("inlet", fmt::format("\"{}\" is no inlet of the case; expected the name of one of "
+    t.fail("inlet", fmt::format("\"{}\" is not an inlet of the case; expected the name of one of "
                                 "[[inlets]]",
                                 name));
   const std::size_t places = source->positions.size();
@@ -156,7 +156,7 @@ bool at_contacts(const TomlTable& t) {
   for (const char* key : {"position", "height_direction", "mold", "width", "height"})
     if (t.has(key))
       t.fail(key,
-             "is no key of bonds at contacts, which are round; expected a radius or a storage "
+             "is not a key of bonds at contacts, which are round; expected a radius or a storage "
              "time");
   return true;
 }
@@ -183,7 +183,7 @@ Channel channel_of(const TomlTable& root, const TomlTable& t) {
     return channel;
   }
   t.fail("mold",
-         fmt::format("\"{}\" is no mold; expected the name of a boundary of that kind", name));
+         fmt::format("\"{}\" is not a mold; expected the name of a boundary of that kind", name));
 }
 
 // Given, or grown in store.

@@ -185,7 +185,7 @@ void read_load(const TomlTable& t, const Case& c, Measure& m) {
   if (t.has("direction")) m.direction = t.direction("direction");
   m.stage = t.string("stage", "");
   if (!m.stage.empty() && std::ranges::count(c.stages, m.stage, &Stage::name) == 0)
-    t.fail("stage", fmt::format("\"{}\" is no stage; expected one of [[stages]]", m.stage));
+    t.fail("stage", fmt::format("\"{}\" is not a stage; expected one of [[stages]]", m.stage));
 }
 
 }  // namespace

@@ -184,13 +184,13 @@ TEST(Curves, ARunWithoutTheCurveEndsTheStudy) {
   };
   EXPECT_THAT(
       message([](const Values&, std::mt19937_64&) { return finished({scalar("end", 1, "N")}); }),
-      HasSubstr("targets: press: \"press_curve_x\" in \"s\" is no response of the run"));
+      HasSubstr("targets: press: \"press_curve_x\" in \"s\" is not a response of the run"));
   EXPECT_THAT(message([](const Values& v, std::mt19937_64& random) {
                 JobResult r = press(v, random);
                 r.responses[1].unit = "mm";
                 return r;
               }),
-              HasSubstr("\"press_curve_y\" in \"N\" is no response"));
+              HasSubstr("\"press_curve_y\" in \"N\" is not a response"));
 }
 
 TEST(Curves, AreRefusedWithOneLine) {

@@ -152,7 +152,7 @@ TEST(StudyMaterial, OtherKeysAreRefusedBeforeAnyRun) {
     run_and_save(folder.write("study.toml", text), folder / "out", experiment);
     FAIL() << "accepted";
   } catch (const InputError& e) {
-    EXPECT_THAT(e.what(), HasSubstr("parameters: mu1: \"shapes.cube.rounding\" is no key of a"));
+    EXPECT_THAT(e.what(), HasSubstr("parameters: mu1: \"shapes.cube.rounding\" is not a key of a"));
   }
   EXPECT_EQ(experiment.runs, 0);
 }

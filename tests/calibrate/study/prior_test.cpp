@@ -303,7 +303,8 @@ TEST(StudyWithPriors, MistakesHaveAPlace) {
   const std::string prior = "[[priors]]\nparameter = \"mu1\"\n";
   EXPECT_EQ(message(prior + "kind = \"normal\"\nmean = 0.1\nsd = 0.02\n"), "no complaint");
   for (const auto& [text, words] : std::vector<std::pair<std::string, std::string>>{
-           {"[[priors]]\nparameter = \"x\"\nkind = \"normal\"\nmean = 1\nsd = 1\n", "no parameter"},
+           {"[[priors]]\nparameter = \"x\"\nkind = \"normal\"\nmean = 1\nsd = 1\n",
+            "is not a parameter"},
            {prior + "kind = \"gamma\"\n", "kind"},
            {prior + "kind = \"normal\"\nmean = \"1 mm\"\nsd = 1\n", "mean: has the unit"},
            {prior + "kind = \"normal\"\nmean = 1\nsd = 0\n", "sd: is 0"},
@@ -312,7 +313,7 @@ TEST(StudyWithPriors, MistakesHaveAPlace) {
            {prior + "kind = \"uniform\"\nmean = 1\n", "mean"},
            {"[[priors]]\nstudy = \"nowhere\"\n", "posterior.csv"},
            {"[[priors]]\nmaterial = \"nothing-of-that-name\"\n", "nothing-of-that-name"},
-           {"[[constraints]]\nrule = \"mu1 <= mu3\"\n", "\"mu3\" is no parameter"},
+           {"[[constraints]]\nrule = \"mu1 <= mu3\"\n", "\"mu3\" is not a parameter"},
            {"[[constraints]]\nrule = \"mu1 >= 2 mu2 + 1\"\n", "leave 0 % of the ranges"}}) {
     const std::string m = message(text);
     EXPECT_THAT(m, HasSubstr(words)) << text;

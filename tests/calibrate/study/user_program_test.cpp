@@ -300,23 +300,26 @@ TEST_F(UserProgramTest, MistakesHaveAPlace) {
   EXPECT_EQ(message(text), "no complaint");
   EXPECT_THAT(message(replaced(text, program, "program = [] # FOLDER")), HasSubstr("no list"));
   EXPECT_THAT(message(replaced(text, "\"sh\"", "\"no-such-program\"")),
-              HasSubstr("\"no-such-program\" is no program that can be started"));
+              HasSubstr("\"no-such-program\" is not a program that can be started"));
   EXPECT_THAT(message(replaced(text, "\"sh\", ", "\"./missing\", ")), HasSubstr("can be started"));
-  EXPECT_THAT(message(replaced(text, "out.json", "../out.json")), HasSubstr("no such name"));
-  EXPECT_THAT(message(replaced(text, "out.json", "out.txt")), HasSubstr("no such name"));
+  EXPECT_THAT(message(replaced(text, "out.json", "../out.json")),
+              HasSubstr("is not the name of a file of responses"));
+  EXPECT_THAT(message(replaced(text, "out.json", "out.txt")),
+              HasSubstr("is not the name of a file of responses"));
   EXPECT_THAT(message(replaced(text, "\"input.txt\"", "\"none.txt\"")), HasSubstr("none.txt"));
   EXPECT_THAT(message(replaced(text, "responses =", "inputs = [\"none\"]\nresponses =")),
               HasSubstr("none"));
   EXPECT_THAT(message(replaced(text, "responses =", "case = \"case.toml\"\nresponses =")),
               HasSubstr("case"));
-  EXPECT_THAT(message(replaced(text, "\"x\"", "\"{{c}}\"")), HasSubstr("{{c}} is no parameter"));
+  EXPECT_THAT(message(replaced(text, "\"x\"", "\"{{c}}\"")),
+              HasSubstr("{{c}} is neither a parameter"));
   EXPECT_THAT(message(replaced(text, "responses =", "set = { dt = 1 }\nresponses =")),
               HasSubstr("{{dt}} occurs neither"));
   EXPECT_THAT(message(replaced(text, "[[targets]]",
                                "[[numerics]]\nname = \"n\"\nset = { dt = 1 }\n[[targets]]")),
-              HasSubstr("\"dt\" is no key of `set`"));
+              HasSubstr("\"dt\" is not a key of `set`"));
   folder.write("input.txt", "a={{a}}\n\nb={{bb}}\n");
-  EXPECT_THAT(message(text), HasSubstr("input.txt:3: {{bb}} is no parameter"));
+  EXPECT_THAT(message(text), HasSubstr("input.txt:3: {{bb}} is neither a parameter"));
   folder.write("input.txt", "a={{a}} {{ {b} }}\n");
   EXPECT_THAT(message(text), HasSubstr("{{b}} occurs neither"));
   folder.write("input.txt", "a={{a}} b={{b}} \xff\n");

@@ -218,13 +218,13 @@ TEST(Execution, IsReadAndChecked) {
   };
   refused("[execution]\ntime_limit = 10\n", "execution.time_limit");
   refused("[execution]\ntime_limit = \"-1 s\"\n", "execution.time_limit");
-  refused("[execution]\nmemory_limit = \"2 G\"\n", "is no amount of memory");
-  refused("[execution]\nmemory_limit = \"-2 GiB\"\n", "is no amount of memory");
+  refused("[execution]\nmemory_limit = \"2 G\"\n", "is not an amount of memory");
+  refused("[execution]\nmemory_limit = \"-2 GiB\"\n", "is not an amount of memory");
   refused("[execution]\nmemory_limits = \"2 GiB\"\n", "memory_limit");
   for (const char* option : {"low", "--wrap=touch x", "--wra=x", "--export=LD_PRELOAD=x.so", "-J",
                              "--container=x", "--output=/x", "job.sh", "--", "--qos =x"})
     refused(std::string("[execution.slurm]\noptions = [\"") + option + "\"]\n",
-            "is no option of sbatch");
+            "is not an option of sbatch");
 }
 
 TEST(Execution, DoesNotMakeAnotherStudy) {

@@ -147,7 +147,7 @@ TEST_F(MotionCsvTest, SaysWhereWhatIsWrong) {
   EXPECT_THAT(error_of("way [mm],way [mm],time [s]\n0,0,0\n"), HasSubstr("heads two columns"));
   EXPECT_EQ(error_of(""), "x.csv:1: CSV: is empty; expected a header and rows");
   EXPECT_THAT(error_of(head, {{"boundaries.plate.motions.0.file", "y.csv"}}),
-              HasSubstr("motions.0.file: \"y.csv\" is no file; expected a CSV file"));
+              HasSubstr("motions.0.file: \"y.csv\" is not a file; expected a CSV file"));
 }
 
 TEST_F(MotionCsvTest, FindsAGapInASeries) {

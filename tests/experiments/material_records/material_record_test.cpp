@@ -72,7 +72,7 @@ TEST(MaterialRecord, ValuesThatNoCaseCouldTakeAreRefused) {
   using R = MaterialRecord;
   EXPECT_THAT(refusal_of([](R& r) { r.name = "a@2"; }), HasSubstr("name: is \"a@2\""));
   EXPECT_THAT(refusal_of([](R& r) { r.parameters[0].keys[0] = "shapes.cube.size"; }),
-              HasSubstr("parameters.0.keys.0: \"shapes.cube.size\" is no key of a material"));
+              HasSubstr("parameters.0.keys.0: \"shapes.cube.size\" is not a key of a material"));
   EXPECT_THAT(
       refusal_of([](R& r) { r.parameters[1].keys[0] = "interactions.ice-tin.restitution"; }),
       HasSubstr("is about \"tin\", which is none of the record's materials"));
@@ -89,7 +89,7 @@ TEST(MaterialRecord, ValuesThatNoCaseCouldTakeAreRefused) {
 TEST(MaterialRecord, FamiliesAreConsistent) {
   using R = MaterialRecord;
   EXPECT_THAT(refusal_of([](R& r) { r.ensemble->axes[0].parameter = "x"; }),
-              HasSubstr("\"x\" is no parameter of the record"));
+              HasSubstr("\"x\" is not a parameter of the record"));
   EXPECT_THAT(refusal_of([](R& r) { r.ensemble->axes[0].bounds.low = 0; }),
               HasSubstr("logarithmic"));
   EXPECT_THAT(refusal_of([](R& r) { r.ensemble->covariance[0][1] = 1; }),
@@ -114,7 +114,7 @@ TEST(MaterialRecord, ReferencesAreReadWhole) {
   EXPECT_EQ(parse_material_choice("ice@2#valley end").reference_set, "valley end");
   for (const char* bad : {"", "@1", "ice@", "ice@0", "ice@-1", "ice@1x", "ice#", "ice#0", "a b",
                           "ice@1@2", "ice#99999999999999999999"})
-    EXPECT_THAT(refusal([&] { parse_material_choice(bad); }), HasSubstr("is no record")) << bad;
+    EXPECT_THAT(refusal([&] { parse_material_choice(bad); }), HasSubstr("is not a record")) << bad;
 }
 
 // ---- JSON ----

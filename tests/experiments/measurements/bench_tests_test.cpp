@@ -98,12 +98,12 @@ TEST_F(BenchTests, EverythingIsRead) {
 
 TEST_F(BenchTests, MistakesAreNamedWithTheirPlace) {
   refused("informs =", "informz =", "bench.toml:5: tests.tilt.informz");
-  refused("tilt/case.toml", "tilt/none.toml", "is no file");
+  refused("tilt/case.toml", "tilt/none.toml", "is not a file");
   refused("\"30 min\"", "\"30 mm\"", "bench.toml:6: tests.tilt.setup");
   refused("\"1.5 deg\"", "\"0 deg\"", "expected more than zero");
   refused("\"0.3 deg\"", "\"0.3 rad\"", "systematic_uncertainty: has the unit \"rad\"");
   refused("name = \"weigh\"", "name = \"tilt\"", "is taken already");
-  refused("extends_test = \"tilt\"", "extends_test = \"weigh\"", "is no other test");
+  refused("extends_test = \"tilt\"", "extends_test = \"weigh\"", "is not another test");
   refused("rationale = \"judgement\"", "rationale = \"\"", "is empty");
   refused("repeats = 10", "repeats = 0", "repeats");
   refused("name = \"slip_angle\"", "", "name");

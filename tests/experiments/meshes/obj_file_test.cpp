@@ -80,15 +80,15 @@ TEST_F(ObjFile, RefusesVerticesThatDependOnBlanks) {
 
 TEST_F(ObjFile, SaysOnWhichLineWhatIsWrong) {
   EXPECT_EQ(error_of("v 0 0 0\nv 1 zero 0\n"),
-            "x.OBJ:2: \"zero\" is no coordinate; expected \"v X Y Z\"");
-  EXPECT_EQ(error_of("v 0 0\n"), "x.OBJ:1: \"\" is no coordinate; expected \"v X Y Z\"");
-  EXPECT_EQ(error_of("v nan 0 0\n"), "x.OBJ:1: \"nan\" is no coordinate; expected \"v X Y Z\"");
+            "x.OBJ:2: \"zero\" is not a coordinate; expected \"v X Y Z\"");
+  EXPECT_EQ(error_of("v 0 0\n"), "x.OBJ:1: \"\" is not a coordinate; expected \"v X Y Z\"");
+  EXPECT_EQ(error_of("v nan 0 0\n"), "x.OBJ:1: \"nan\" is not a coordinate; expected \"v X Y Z\"");
   const std::string three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
   EXPECT_EQ(error_of(three + "f 1 2\n"), "x.OBJ:4: a face of 2 corners; expected at least three");
   EXPECT_EQ(error_of(three + "f 1 2 4\n"), "x.OBJ:4: vertex 4 is not there; 3 came before");
   EXPECT_EQ(error_of(three + "f 1 2 0\n"), "x.OBJ:4: vertex 0 is not there; 3 came before");
   EXPECT_EQ(error_of(three + "f 1 2 three\n"),
-            "x.OBJ:4: \"three\" is no vertex; expected its number");
+            "x.OBJ:4: \"three\" is not a vertex; expected its number");
   EXPECT_EQ(error_of(three), "x.OBJ: holds no triangles; expected a mesh");
   EXPECT_EQ(error_of(three + "f 1 1 2\n"),
             "x.OBJ: has triangles without area alone; expected a mesh");

@@ -158,7 +158,7 @@ pairs = [[0, 1]]
 }
 
 TEST(BondCase, MistakesAreToldInOneLine) {
-  EXPECT_THAT(complaint(joined("inlet = \"mould\"")), HasSubstr("is no inlet"));
+  EXPECT_THAT(complaint(joined("inlet = \"mould\"")), HasSubstr("is not an inlet"));
   EXPECT_THAT(complaint(joined("inlet = \"mold\"\nposition = \"0 0 40 mm\"")),
               HasSubstr("mm off particle 0; expected neighbors"));
   EXPECT_THAT(complaint(joined("inlet = \"mold\"\nheight_direction = [1, 0, 0]")),
@@ -320,7 +320,7 @@ TEST(Sintering, StorageGivesTheRadius) {
                               "curvature_radius = \"1 mm\"\n")),
               HasSubstr("is 1 degC; expected one from -100 degC"));
   EXPECT_THAT(complaint(stack("radius = \"1 mm\"\nposition = \"0 0 1 mm\"\n")),
-              HasSubstr("no key of bonds at contacts"));
+              HasSubstr("not a key of bonds at contacts"));
   EXPECT_THAT(complaint(joined("inlet = \"mold\"\nstorage_time = \"1 h\"")),
               HasSubstr("contacts = true"));
   std::string alone = stack("radius = \"1 mm\"\n");

@@ -145,7 +145,7 @@ TEST_F(Curves, AreRefusedInOneLine) {
   EXPECT_THAT(complaint("measure.press.points", "1"), HasSubstr("points"));
   EXPECT_THAT(complaint("measure.spring.axis", "1"), HasSubstr("is none of a free motion frame"));
   EXPECT_THAT(complaint("measure.spring.cfc", "1000 Hz"), HasSubstr("needs a sample every"));
-  EXPECT_THAT(complaint("measure.late.stage", "after"), HasSubstr("\"after\" is no stage"));
+  EXPECT_THAT(complaint("measure.late.stage", "after"), HasSubstr("\"after\" is not a stage"));
   EXPECT_THAT(complaint("measure.late.motion_frame", "cup"), HasSubstr("expected one of them"));
   EXPECT_THAT(complaint("measure.late.direction", "[0, 0, 0]"), HasSubstr("direction"));
 }
