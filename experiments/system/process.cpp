@@ -8,11 +8,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <sstream>
 
 #include "experiments/system/input_file.h"
@@ -191,11 +194,47 @@ std::string failure_text(const CommandResult& result) {
   return last.empty() ? "it failed without a message" : last;
 }
 
-double resident_memory(pid_t pid) {
-  std::ifstream statm(fmt::format("/proc/{}/statm", pid));
-  double total = 0, resident = 0;
-  if (!(statm >> total >> resident)) return 0;
-  return resident * static_cast<double>(sysconf(_SC_PAGESIZE));
+namespace {
+
+struct ResidentMemory {
+  double whole = 0, shared = 0;  // bytes; `shared` is part of `whole`
+};
+
+ResidentMemory resident_parts(const std::string& pid) {
+  std::ifstream statm("/proc/" + pid + "/statm");
+  double total = 0, resident = 0, shared = 0;
+  if (!(statm >> total >> resident >> shared)) return {};
+  const auto page = static_cast<double>(sysconf(_SC_PAGESIZE));
+  return {resident * page, shared * page};
+}
+
+// -1 after its end.
+pid_t group_of(const std::string& pid) {
+  std::ifstream stat("/proc/" + pid + "/stat");
+  const std::string text{std::istreambuf_iterator<char>(stat), {}};
+  // The name of the program, in parentheses, may hold blanks and parentheses.
+  std::istringstream rest(text.substr(std::min(text.rfind(')') + 1, text.size())));
+  char state = 0;
+  pid_t parent = 0, group = -1;
+  return rest >> state >> parent >> group ? group : -1;
+}
+
+}  // namespace
+
+double resident_memory(pid_t pid) { return resident_parts(std::to_string(pid)).whole; }
+
+double resident_memory_of_group(pid_t group) {
+  double sum = 0, shared = 0;
+  std::error_code error;
+  for (std::filesystem::directory_iterator entry("/proc", error), end; !error && entry != end;
+       entry.increment(error)) {
+    const std::string pid = entry->path().filename().string();
+    if (pid.find_first_not_of("0123456789") != pid.npos || group_of(pid) != group) continue;
+    const ResidentMemory memory = resident_parts(pid);
+    sum += memory.whole - memory.shared;
+    shared = std::max(shared, memory.shared);
+  }
+  return sum + shared;
 }
 
 std::string last_line(const std::string& text) {

@@ -50,6 +50,9 @@ std::string failure_text(const CommandResult& result);
 
 // Resident memory of a process, bytes; 0 after its end.
 double resident_memory(pid_t pid);
+// Resident memory of all processes of a group, bytes. What they share is counted once: the largest
+// shared part of one of them.
+double resident_memory_of_group(pid_t group);
 
 // The last line that is not empty, of a text and of a file.
 std::string last_line(const std::string& text);

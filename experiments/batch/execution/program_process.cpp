@@ -136,7 +136,7 @@ double ProgramProcess::wall() const {
 void ProgramProcess::watch_limits() {
   const RunLimits& limits = job_.limits;
   if (exceeded_ == Exceeded::nothing && limits.memory > 0 &&
-      resident_memory(pid_) > limits.memory) {
+      resident_memory_of_group(pid_) > limits.memory) {
     exceeded_ = Exceeded::memory;
     kill(-pid_, SIGKILL);
   }

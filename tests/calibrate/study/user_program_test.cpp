@@ -62,6 +62,10 @@ value = 1
 uncertainty = 0.05
 )toml";
 
+constexpr const char* few_runs =
+    "center_replicates = 2\ndesign_points = 3\nreplicates_per_point = 1\n"
+    "confirmation_replicates = 2\nrefine_rounds = 0";
+
 using test::replaced;
 
 class UserProgramTest : public testing::Test {
@@ -210,10 +214,7 @@ TEST_F(UserProgramTest, ReadsTablesAndUndefinedValues) {
 
 TEST_F(UserProgramTest, LimitsEndTheProgramAndItsChildren) {
   write_simulator("trap '' TERM; sleep 321.5 & echo $! >> \"$2/children\"; wait; sleep 321.5");
-  write_study(
-      replaced(study_text, "runs = 24",
-               "center_replicates = 2\ndesign_points = 3\nruns_per_point = 1\nconfirm_runs = 2\n"
-               "refine_rounds = 0"));
+  write_study(replaced(study_text, "runs = 24", few_runs));
   StudyOptions o = options();
   o.time_limit = 0.3;
   o.jobs = 5;
@@ -227,6 +228,17 @@ TEST_F(UserProgramTest, LimitsEndTheProgramAndItsChildren) {
     EXPECT_EQ(command.find("321.5"), std::string::npos) << pid;
   }
   EXPECT_GE(seen, 5);
+}
+
+// The program itself stays small: each of its three children takes 70 MB.
+TEST_F(UserProgramTest, TheLimitOfMemoryHoldsForAllProcesses) {
+  write_simulator(
+      "for i in 1 2 3; do head -c 70000000 /dev/zero | tail -c 70000000 | sleep 20 & done; wait");
+  write_study(replaced(study_text, "runs = 24", few_runs));
+  StudyOptions o = options();
+  o.memory_limit = 160.0 * (1 << 20);
+  EXPECT_EQ(calibrate(o).verdict, StudyVerdict::too_few_runs);
+  EXPECT_THAT(read_text(folder / "out/runs.csv"), HasSubstr("over its limit of 160 MiB"));
 }
 
 TEST_F(UserProgramTest, AnInterruptedStudyGoesOn) {
