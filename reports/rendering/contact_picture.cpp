@@ -30,7 +30,7 @@ constexpr double kLayers[] = {0.2, 0.48, 0.32};
 constexpr double kFrictionScale = 4;      // arrows of friction are so much longer
 constexpr double kTitle = 84, kKey = 44;  // pixels
 
-// TunnellingGuard of a cylinder and a cone around the z axis, from `from` to `to` (unit: m).
+// TunnelingGuard of a cylinder and a cone around the z axis, from `from` to `to` (unit: m).
 void add_cone(double z_from, double r_from, double z_to, double r_to, TriangleMesh& mesh) {
   constexpr int kSides = 20;
   const int base = static_cast<int>(mesh.vertices.size());

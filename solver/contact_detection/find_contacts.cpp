@@ -4,7 +4,7 @@
 
 #include "solver/contact/surface_contacts.h"
 #include "solver/contact_detection/relative_poses.h"
-#include "solver/contact_detection/tunnelling_guard.h"
+#include "solver/contact_detection/tunneling_guard.h"
 #include "solver/core/prefetch.h"
 #include "solver/state/workspace.h"
 
@@ -112,7 +112,7 @@ class ContactSearch {
     const Shape& shape_a = model_.shapes[model_.particles[pair.a].shape];
     const bool solids = pair.b < n_ || model_.boundaries[pair.b - n_].kind == Boundary::Kind::solid;
     const Mat3 rotation_a = rotation_of(s_, pair.a);
-    std::optional<TunnellingGuard> sides;
+    std::optional<TunnelingGuard> sides;
     if (solids) sides.emplace(SideInput{model_, w_, s_, pair});
     std::size_t used = 0;
     PartPair* const parts = s_.part_pairs.data() + pair.first_part;

@@ -5,7 +5,7 @@
 #include <atomic>
 
 #include "solver/contact_detection/bounding_spheres.h"
-#include "solver/contact_detection/tunnelling_guard.h"
+#include "solver/contact_detection/tunneling_guard.h"
 #include "solver/core/prefetch.h"
 #include "solver/state/workspace.h"
 

@@ -142,10 +142,10 @@ class Surface {
 
   // A point at which two triangles pass through each other, or lie on each other facing one way.
   std::optional<Vec3> crossing(int a, int b) const {
-    const TunnellingGuard of_b = sides(b, a);
+    const TunnelingGuard of_b = sides(b, a);
     if (!of_b.above && !of_b.below) return on_each_other(a, b);
     if (!of_b.above || !of_b.below) return std::nullopt;
-    const TunnellingGuard of_a = sides(a, b);
+    const TunnelingGuard of_a = sides(a, b);
     if (!of_a.above || !of_a.below) return std::nullopt;
     for (const auto& [t, other] : {std::pair(a, b), std::pair(b, a)}) {
       for (int k = 0; k < 3; ++k) {
@@ -168,11 +168,11 @@ class Surface {
   }
 
   // On which sides of a plane a triangle has corners.
-  struct TunnellingGuard {
+  struct TunnelingGuard {
     bool above = false, below = false;
   };
-  TunnellingGuard sides(int triangle, int plane) const {
-    TunnellingGuard s;
+  TunnelingGuard sides(int triangle, int plane) const {
+    TunnelingGuard s;
     for (int k = 0; k < 3; ++k) {
       const int at = side(corner(triangle, k), plane);
       s.above |= at > 0;

@@ -7,8 +7,8 @@
 
 namespace firn::verification {
 
-std::vector<VerificationCase> tunnelling_cases();  // fast bodies, thin walls
-std::vector<VerificationCase> deep_cases();        // crushing, wedging, rest
-std::vector<VerificationCase> odd_shape_cases();   // flat, thin, small, badly cut, finely meshed
+std::vector<VerificationCase> tunneling_cases();  // fast bodies, thin walls
+std::vector<VerificationCase> deep_cases();       // crushing, wedging, rest
+std::vector<VerificationCase> odd_shape_cases();  // flat, thin, small, badly cut, finely meshed
 
 }  // namespace firn::verification

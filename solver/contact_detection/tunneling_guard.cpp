@@ -1,4 +1,4 @@
-#include "solver/contact_detection/tunnelling_guard.h"
+#include "solver/contact_detection/tunneling_guard.h"
 
 #include <fmt/format.h>
 
@@ -32,7 +32,7 @@ double step_motion(const Model& model, const Workspace& w, const State& s, int a
   return (relative.norm() + turning) * model.timestep;
 }
 
-TunnellingGuard::TunnellingGuard(const SideInput& input) : in_(input) {
+TunnelingGuard::TunnelingGuard(const SideInput& input) : in_(input) {
   const auto& [model, w, s, pair] = in_;
   const int n = static_cast<int>(model.particles.size());
   const double thick_a = w.thinnest[model.particles[pair.a].shape];
@@ -42,7 +42,7 @@ TunnellingGuard::TunnellingGuard(const SideInput& input) : in_(input) {
   fast_ = motion_ > kWatched * (thick_a + thick_b);
 }
 
-const ConvexPart& TunnellingGuard::part_b(std::uint32_t index) const {
+const ConvexPart& TunnelingGuard::part_b(std::uint32_t index) const {
   const int n = static_cast<int>(in_.model.particles.size());
   const int b = in_.pair.b;
   return b < n ? in_.model.shapes[in_.model.particles[b].shape].parts[index]
@@ -50,7 +50,7 @@ const ConvexPart& TunnellingGuard::part_b(std::uint32_t index) const {
 }
 
 // The placement of b's axes in a's a while before now, within the present step.
-Pose TunnellingGuard::pose_before(double seconds) const {
+Pose TunnelingGuard::pose_before(double seconds) const {
   const State& s = in_.state;
   const auto place = [&](int body) {
     const BodyMotion& m = s.motion[body];
@@ -70,7 +70,7 @@ Pose TunnellingGuard::pose_before(double seconds) const {
 // The masks of a patch repeat after 64 parts, as many as a boundary with more may have. True when a
 // patch that may be of this part lies on it: one of its points is within the part, but for half the
 // gap there and the way of a step.
-bool TunnellingGuard::lies_on(const Patch& patch, const ConvexPart& b) const {
+bool TunnelingGuard::lies_on(const Patch& patch, const ConvexPart& b) const {
   const State& s = in_.state;
   const Mat3 axes = rotation_of(s, in_.pair.b);
   const Vec3 place = s.motion[in_.pair.a].position + patch.arm - s.motion[in_.pair.b].position;
@@ -91,7 +91,7 @@ bool TunnellingGuard::lies_on(const Patch& patch, const ConvexPart& b) const {
 // Calls visit(patch) for those of the last look that bear a force on the same parts, or on their
 // neighbors too.
 template <class Visit>
-void TunnellingGuard::for_patches(const PartPair& parts, bool neighbors, const Visit& visit) const {
+void TunnelingGuard::for_patches(const PartPair& parts, bool neighbors, const Visit& visit) const {
   const auto& [model, w, s, pair] = in_;
   const int n = static_cast<int>(model.particles.size());
   std::uint64_t mask_a = bit(parts.a), mask_b = bit(parts.b);
@@ -112,8 +112,8 @@ void TunnellingGuard::for_patches(const PartPair& parts, bool neighbors, const V
 }
 
 // The one of these patches whose normal is nearest to `normal` (world); null without any.
-const Patch* TunnellingGuard::nearest(const PartPair& parts, bool neighbors,
-                                      const Vec3& normal) const {
+const Patch* TunnelingGuard::nearest(const PartPair& parts, bool neighbors,
+                                     const Vec3& normal) const {
   const Patch* best = nullptr;
   for_patches(parts, neighbors, [&](const Patch& patch) {
     if (!best || patch.normal.dot(normal) > best->normal.dot(normal)) best = &patch;
@@ -124,8 +124,8 @@ const Patch* TunnellingGuard::nearest(const PartPair& parts, bool neighbors,
 // Conservative advancement over the present step: true when the parts were apart at its beginning
 // and met at the fraction `at` of it, with the normal (axes of body a, from a to b) of the gap
 // that closed there.
-bool TunnellingGuard::entry(const ConvexPart& a, const ConvexPart& b, Vec3& normal,
-                            double& at) const {
+bool TunnelingGuard::entry(const ConvexPart& a, const ConvexPart& b, Vec3& normal,
+                           double& at) const {
   constexpr int kTries = 64;
   const double radii = a.radius + b.radius, dt = in_.model.timestep;
   const double touching = 1e-3 * watched_depth(a, b);
@@ -147,7 +147,7 @@ bool TunnellingGuard::entry(const ConvexPart& a, const ConvexPart& b, Vec3& norm
 // What entered over one piece and is past its cut at the end of the step lies in pieces that it
 // came to through their cuts: each of them says that a neighbor has the contact. The piece that
 // was met first gives the side.
-bool TunnellingGuard::first_entry(const PartPair& parts, Vec3& side) const {
+bool TunnelingGuard::first_entry(const PartPair& parts, Vec3& side) const {
   const auto& [model, w, s, pair] = in_;
   const Shape& shape_a = model.shapes[model.particles[pair.a].shape];
   double first = std::numeric_limits<double>::infinity();
@@ -165,8 +165,8 @@ bool TunnellingGuard::first_entry(const PartPair& parts, Vec3& side) const {
   return std::isfinite(first);
 }
 
-bool TunnellingGuard::deep_on_the_way(const ConvexPart& a, const ConvexPart& b, double from,
-                                      double deep) const {
+bool TunnelingGuard::deep_on_the_way(const ConvexPart& a, const ConvexPart& b, double from,
+                                     double deep) const {
   constexpr int kPlaces = 8;
   const double dt = in_.model.timestep;
   Manifold m;
@@ -179,8 +179,8 @@ bool TunnellingGuard::deep_on_the_way(const ConvexPart& a, const ConvexPart& b, 
   return false;
 }
 
-bool TunnellingGuard::keep(const PartPair& parts, const Pose& b_in_a, double shell,
-                           Manifold& m) const {
+bool TunnelingGuard::keep(const PartPair& parts, const Pose& b_in_a, double shell,
+                          Manifold& m) const {
   const auto& [model, w, s, pair] = in_;
   const ConvexPart& a = model.shapes[model.particles[pair.a].shape].parts[parts.a];
   const ConvexPart& b = part_b(parts.b);

@@ -286,7 +286,7 @@ constexpr const char* kReference =
 
 }  // namespace
 
-std::vector<VerificationCase> tunnelling_cases() {
+std::vector<VerificationCase> tunneling_cases() {
   return {
       {.name = "robustness.thin_walls",
        .title = "Fast bodies on thin walls",

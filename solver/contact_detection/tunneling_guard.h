@@ -1,4 +1,4 @@
-// Prevents tunnelling. The minimum translation vector points back to the side of entry only while
+// Prevents tunneling. The minimum translation vector points back to the side of entry only while
 // the overlap is less than half of the combined thickness, and a fast body can cross a thin part
 // within one step. In both cases the contact normal of the previous step, or a sweep over the step,
 // selects the side.
@@ -17,9 +17,9 @@ struct SideInput {
   const Pair& pair;
 };
 
-class TunnellingGuard {
+class TunnelingGuard {
  public:
-  explicit TunnellingGuard(const SideInput& input);
+  explicit TunnelingGuard(const SideInput& input);
 
   // True when the motion within a step exceeds the overlap at which the side of entry is still
   // certain.
@@ -49,7 +49,7 @@ class TunnellingGuard {
   bool fast_ = false;
 };
 
-// The motion bound of TunnellingGuard for any pair, planes included, m.
+// The motion bound of TunnelingGuard for any pair, planes included, m.
 double step_motion(const Model& model, const Workspace& workspace, const State& state, int a,
                    int b);
 
