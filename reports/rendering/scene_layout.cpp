@@ -1,6 +1,7 @@
 #include "reports/rendering/scene_layout.h"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 namespace firn {
@@ -77,7 +78,7 @@ double score_of(const SceneLayout& layout, double width) {
 
 SceneLayout arrange_scene(const Eigen::Vector3d& size, double overview_height_over_width,
                           double width, const PanelMargins& margins) {
-  constexpr int kOverviewSizes = 28;
+  constexpr int kOverviewSizes = 40;
   // A column of all views always fits.
   PanelMargins fitted = margins;
   fitted.title_width = std::min(margins.title_width, width - margins.left - margins.right);
@@ -85,7 +86,9 @@ SceneLayout arrange_scene(const Eigen::Vector3d& size, double overview_height_ov
   double best_score = -1;
   for (const Columns& columns : kArrangements) {
     for (int k = 1; k <= kOverviewSizes; ++k) {
-      const double overview_width = width * (0.15 + 0.85 * k / kOverviewSizes);
+      // From a fiftieth of the width, for towers, to all of it.
+      const double overview_width =
+          width * std::pow(50, static_cast<double>(k) / kOverviewSizes - 1);
       const auto placed = [&](double scale) {
         return arrange_columns(columns, size, scale, overview_width, overview_height_over_width,
                                fitted);

@@ -204,7 +204,8 @@ double tick_step(double least) {
 
 std::string panel_script(const Panel& panel, const Bounds& bounds, const Image& image,
                          const std::string& source) {
-  constexpr double kLabel = 44;  // pixels that the label of a tick needs
+  // Pixels for the label of a tick; a narrow picture has labels as close as they may be.
+  const double label_width = image.width < 200 ? 36 : 52, label_height = 24;
   const int right = panel.right_axis, up = panel.up_axis;
   const double step = 1e3 * bounds.sizes()[right] / image.width;  // mm a pixel
   const double left = 1e3 * bounds.min()[right], bottom = 1e3 * bounds.min()[up];
@@ -217,8 +218,8 @@ std::string panel_script(const Panel& panel, const Bounds& bounds, const Image& 
       "set xtics {:g}\nset ytics {:g}\n"
       "plot {} origin=({:.5f},{:.5f}) dx={:.6f} dy={:.6f} with rgbimage\n",
       panel.title, "xyz"[right], "xyz"[up], left, left + step * image.width, bottom,
-      bottom + step * image.height, tick_step(kLabel * step), tick_step(kLabel * step), source,
-      left + step / 2, bottom + step / 2, step, step);
+      bottom + step * image.height, tick_step(label_width * step), tick_step(label_height * step),
+      source, left + step / 2, bottom + step / 2, step, step);
 }
 
 // Lit from the side, so that faces differ.

@@ -22,7 +22,10 @@ TEST(SceneLayout, ViewsAreDisjointInsideAndToOneScale) {
   for (int k = 0; k < kScenes; ++k) {
     const Eigen::Vector3d size(std::pow(10, exponent(random)), std::pow(10, exponent(random)),
                                std::pow(10, exponent(random)));
-    const double ratio = std::pow(10, exponent(random) / 3), width = pixels(random);
+    // About that of a view from above, from the side of positive x and y.
+    const double ratio =
+        std::pow(10, exponent(random) / 10) * (0.6 + size.z() / (size.x() + size.y()));
+    const double width = pixels(random);
     const SceneLayout layout = arrange_scene(size, ratio, width, margins);
     SCOPED_TRACE(testing::Message() << "scene " << k << ", " << size.transpose());
     const double scale = layout.plan.width / size.x();
@@ -52,9 +55,10 @@ TEST(SceneLayout, ViewsAreDisjointInsideAndToOneScale) {
       for (std::size_t j = 0; j < i; ++j)
         EXPECT_FALSE(overlap(boxes[i], boxes[j], tolerance)) << i << j;
     }
-    // The worst of these scenes covers 0.38.
+    // The sides of the scene are alike within a factor of ten.
     if (width > 1000 && size.maxCoeff() < 10 * size.minCoeff()) {
       EXPECT_GT(area, 0.35 * width * layout.height);
+      EXPECT_LT(layout.height, 1.5 * width);
     }
   }
 }
