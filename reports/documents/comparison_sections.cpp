@@ -50,7 +50,7 @@ void value_content(const Sets& sets, page::Content& content) {
       if (is_experiment) of_experiment = part.value;
       if (is_experiment && experiment_drawn) continue;
       table.rows.push_back({is_experiment ? "all" : c->parameter_set, part.name,
-                            std::isnan(part.value) ? Cell("not looked at") : Cell(part.value, 2),
+                            std::isnan(part.value) ? Cell("not examined") : Cell(part.value, 2),
                             is_experiment ? "see above" : part.evaluation_method});
     }
     const double measured = v.measured, simulated = v.simulated;

@@ -201,7 +201,7 @@ void study_parameters_section(const StudyDocument& results, page::Page& page) {
   page::Content& content = page.section("Parameters", "parameters");
   page::Table table;
   table.caption = "How well each parameter is known";
-  table.columns = {{"parameter", ""}, {"unit", ""}, {"looked at", ""},
+  table.columns = {{"parameter", ""}, {"unit", ""}, {"range", ""},
                    {"median", ""},    {"95 %", ""}, {"width left of the prior's", "%"},
                    {"remark", ""},    {"keys", ""}};
   std::vector<page::Figure> figures;
@@ -253,7 +253,7 @@ void add_map(const StudyDocument& results, page::Content& content) {
   if (results.estimate) add("answer", {*results.estimate});
   add("equally good", results.ridge);
   add("compared", results.compare);
-  content.figure({plots::draw(plot), "Parameter sets that were looked at closely.",
+  content.figure({plots::draw(plot), "Parameter sets that were examined closely.",
                   fmt::format("answer, {} members of the family, {} sets compared",
                               results.ridge.size(), results.compare.size())});
 }

@@ -19,7 +19,7 @@ namespace {
 // error where that is larger: a change that seeds hide is not known to be smaller.
 UncertaintyComponent numerics_component(const std::string& name, const RunGroup* changed,
                                         const RunGroup& base, const std::string& operand) {
-  if (changed == nullptr) return {name, std::nullopt, "not looked at"};
+  if (changed == nullptr) return {name, std::nullopt, "not examined"};
   const std::string setting =
       changed->purpose == RunGroup::Purpose::variant ? name : describe_setting(*changed);
   const Change c = change_between(base, *changed, operand);

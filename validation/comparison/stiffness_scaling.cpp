@@ -37,7 +37,7 @@ std::string interpretation_of(const StiffnessScalingResult& s) {
   if (!known(s)) return "not enough data for an exponent: one run gives no scatter";
   if (s.exponent + 2 * s.exponent_error > -0.05 && s.exponent - 2 * s.exponent_error < 0.05 &&
       std::abs(s.exponent) < 0.05)
-    return "does not depend on the stiffness as far as it was looked at";
+    return "does not depend on the stiffness as far as it was examined";
   if (!std::isfinite(s.extrapolated.low))
     return fmt::format("not enough data to extrapolate to {:.3g} times the largest stiffness: {}",
                        s.extrapolation_factor,
