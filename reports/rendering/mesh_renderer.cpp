@@ -68,7 +68,7 @@ DepthBuffer rasterise(const Scene& scene, const View& view, int width, int heigh
     picture.clear();
     for (const Vec3& v : mesh.vertices) {
       world.push_back(body.placed.pose * v);
-      picture.push_back(view.project(world.back()).cwiseProduct(scale));
+      picture.emplace_back(view.project(world.back()).cwiseProduct(scale));
     }
     for (const auto& t : mesh.triangles) {
       const Vec3 normal = (world[t[1]] - world[t[0]]).cross(world[t[2]] - world[t[0]]).normalized();

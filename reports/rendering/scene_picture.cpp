@@ -80,7 +80,7 @@ TriangleMesh cut_mesh(const PlacedMesh& placed, const Vec3& normal, double offse
       const Vec3 b = placed.pose * placed.mesh->vertices[t[(k + 1) % 3]];
       const double over_a = normal.dot(a) - offset, over_b = normal.dot(b) - offset;
       if (over_a <= 0) loop.push_back(a);
-      if (over_a * over_b < 0) loop.push_back(a + over_a / (over_a - over_b) * (b - a));
+      if (over_a * over_b < 0) loop.emplace_back(a + over_a / (over_a - over_b) * (b - a));
     }
     const int first = static_cast<int>(kept.vertices.size());
     kept.vertices.insert(kept.vertices.end(), loop.begin(), loop.end());
