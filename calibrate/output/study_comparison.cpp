@@ -88,8 +88,8 @@ FinishedStudy read_finished(const std::string& folder) {
   double sum = 0;
   for (const double w : s.weight) sum += w;
   if (!(sum > 0) || *std::min_element(s.weight.begin(), s.weight.end()) < 0)
-    throw InputError(
-        fmt::format("{}: it has weights that are not numbers above 0; expected such", file));
+    throw InputError(fmt::format(
+        "{}: has a weight below 0, or none above; expected weights of at least 0", file));
   for (double& w : s.weight) w /= sum;
   return s;
 }

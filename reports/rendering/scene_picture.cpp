@@ -313,6 +313,18 @@ std::string legend_script(const Legend& legend, double width, double height) {
   return script;
 }
 
+// The begin of a script: several plots on one canvas, under title and subtitle.
+std::string title_script(const ScenePicture& picture, double canvas_height) {
+  return fmt::format(
+      "set multiplot\nunset key\n"
+      "set label 1 {} at screen 0.015, screen {:.5f} front font ',22' tc rgb '#1d2733' "
+      "noenhanced\n"
+      "set label 2 {} at screen 0.015, screen {:.5f} front font ',14' tc rgb '#5b6673' "
+      "noenhanced\n",
+      encode::gnuplot(picture.title), 1 - 28 / canvas_height, encode::gnuplot(picture.subtitle),
+      1 - 58 / canvas_height);
+}
+
 }  // namespace
 
 void draw_scene(const ScenePicture& picture, const std::string& file) {
@@ -345,15 +357,7 @@ void draw_scene(const ScenePicture& picture, const std::string& file) {
   }
   const Image whole = draw_overview(scene, outside, std::max(1, static_cast<int>(over.width)));
   const Gnuplot gnuplot;
-  std::string script = "set multiplot\nunset key\n" +
-                       fmt::format(
-                           "set label 1 {} at screen 0.015, screen {:.5f} front font ',22' tc rgb "
-                           "'#1d2733' noenhanced\n"
-                           "set label 2 {} at screen 0.015, screen {:.5f} front font ',14' tc rgb "
-                           "'#5b6673' noenhanced\n",
-                           encode::gnuplot(picture.title), 1 - 28 / height,
-                           encode::gnuplot(picture.subtitle), 1 - 58 / height) +
-                       legend_script(legend, width, height);
+  std::string script = title_script(picture, height) + legend_script(legend, width, height);
   for (std::size_t k = 0; k < 3; ++k) {
     const Image image = images[k].get();
     script += frame_script(frames[k], width, height) +
@@ -498,15 +502,8 @@ void draw_film_picture(const ScenePicture& picture, const Bounds& bounds, const 
                        static_cast<double>(image.height)};
   const Gnuplot gnuplot;
   const std::string script =
-      "set multiplot\nunset key\n" +
-      fmt::format(
-          "set label 1 {} at screen 0.015, screen {:.5f} front font ',22' tc rgb '#1d2733' "
-          "noenhanced\n"
-          "set label 2 {} at screen 0.015, screen {:.5f} front font ',14' tc rgb '#5b6673' "
-          "noenhanced\n",
-          encode::gnuplot(picture.title), 1 - 26 / height, encode::gnuplot(picture.subtitle),
-          1 - 56 / height) +
-      legend_script(legend, width, height) + frame_script(right, width, height) +
+      title_script(picture, height) + legend_script(legend, width, height) +
+      frame_script(right, width, height) +
       panel_script(panel, bounds, section, image_source(gnuplot, "section", section)) +
       "unset label\n" +
       overview_script(over, width, height, image, image_source(gnuplot, "overview", image));
