@@ -347,6 +347,19 @@ TEST(SourceTree, ShippedFilesAreInstalled) {
   EXPECT_GT(shipped.size(), 50u);
 }
 
+// `./firn` installs the packages [run] and [build] of scripts/packages.txt only. CMake finds what the other
+// sections hold by these names.
+TEST(SourceTree, ProgramConfiguresWithoutPackagesOfTests) {
+  const test::ScratchFolder build("configure");
+  std::string command = "'" FIRN_CMAKE "' --preset release -S '" + source_dir.string() + "' -B '" +
+                        build.path().string() + "'";
+  for (const char* package : {"GTest", "benchmark", "pybind11", "Python3"})
+    command += std::string(" -DCMAKE_DISABLE_FIND_PACKAGE_") + package + "=ON";
+  const CommandOutcome outcome = run_shell("cd '" + source_dir.string() + "' && " + command);
+  EXPECT_EQ(outcome.status, 0) << outcome.text;
+  EXPECT_TRUE(fs::exists(build.path() / "build.ninja"));
+}
+
 // Links of the pages, and paths of files in code style, name files that exist.
 TEST(SourceTree, DocumentationNamesFilesThatExist) {
   static const std::regex link(R"(\]\(([^)\s#]+)[^)\s]*\))");
