@@ -23,7 +23,10 @@ if [ -f "$folder/CMakeCache.txt" ] && ! grep -qxF "CMAKE_HOME_DIRECTORY:INTERNAL
 fi
 
 if [ ! -f "$folder/build.ninja" ] || [ ${#options[@]} -gt 0 ]; then
-  [ -f "$folder/build.ninja" ] || echo "firn: configuring the $preset build"
+  if [ ! -f "$folder/build.ninja" ]; then
+    rm -f "$folder/CMakeCache.txt"   # of a configuration that failed: its options may be the reason
+    echo "firn: configuring the $preset build"
+  fi
   if ! (cd "$root" && cmake --preset "$preset" "${options[@]}") >"$folder/configure.log" 2>&1; then
     cat "$folder/configure.log"
     echo "firn: the configuration failed"
