@@ -52,7 +52,8 @@ inline MaterialRecord calibrated_record(const std::string& name = "ice-steel") {
   r.ensemble = f;
   Provenance& p = r.provenance;
   p.raw_data = {{"responses of every run", "runs.csv", std::string(64, 'a')}};
-  p.measurements = {{"drained angle", "angle_of_repose", 10, 0.97, "deg", "the paper"}};
+  p.measurements = {
+      {"drained angle", "angle_of_repose", 10, 0.97, "deg", "the paper", "drained box", 0.5}};
   p.study = "a study";
   p.program_version = "0.1.0";
   p.program_commit = "0123456789ab";
