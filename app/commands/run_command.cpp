@@ -375,7 +375,7 @@ void add_run_command(CLI::App& app, int& status) {
       ->allow_extra_args(false);
   command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
   command->add_flag("-v,--verbose", a->verbose, "Also print the time of each phase");
-  command->add_flag("-q,--quiet", a->quiet, "Print results and errors only");
+  command->add_flag("-q,--quiet", a->quiet, "Print results, warnings and errors only");
   command->footer("Ctrl-C saves the state and leaves with status 130; --resume continues from it.");
   command->callback([a, &status] { status = run_case(*a); });
 }

@@ -1,4 +1,4 @@
-// firn view: a page in the browser that follows a case, a run, a study or a validation.
+// firn view: a page in the browser that follows a case, a run, a study, a validation or a sweep.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>
@@ -186,8 +186,8 @@ PageSource source_of(const ViewArguments& a) {
   std::error_code unreadable;
   if (!fs::exists(path, unreadable))
     throw InputError(a.path +
-                     ": does not exist; expected CASE.toml, RUN.h5, or the folder of a study or a "
-                     "validation");
+                     ": does not exist; expected CASE.toml, RUN.h5, or the folder of a study, a "
+                     "validation or a sweep");
   std::vector<std::string> files = {a.path};
   if (path.extension() == ".h5") {
     files.push_back(saved_copy(a.path));
@@ -245,11 +245,11 @@ int view(const ViewArguments& a) {
 void add_view_command(CLI::App& app, int& status) {
   auto a = std::make_shared<ViewArguments>();
   CLI::App* command = app.add_subcommand(
-      "view", "Show a case, a run, a study or a validation in the browser, and follow its changes");
+      "view", "Show a case, a run, a study, a validation or a sweep in the browser, and follow its changes");
   command
       ->add_option("PATH", a->path,
-                   "CASE.toml, RUN.h5 (also while it is written), or the folder of a study or a "
-                   "validation")
+                   "CASE.toml, RUN.h5 (also while it is written), or the folder of a study, a "
+                   "validation or a sweep")
       ->required()
       ->type_name("");
   command

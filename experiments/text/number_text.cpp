@@ -93,7 +93,9 @@ std::string axis_label(const std::string& name, const std::string& unit) {
 
 std::string words(std::string key) {
   std::ranges::replace(key, '_', ' ');
-  return key;
+  const std::size_t dot = key.find('.');
+  if (dot == std::string::npos || dot != key.rfind('.')) return key;
+  return key.substr(dot + 1) + " (" + key.substr(0, dot) + ")";
 }
 
 std::string shortest_numbers(std::string_view toml) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -58,10 +59,13 @@ std::string determined(const StudyDocument& results) {
                      joined(unknown, "nothing that was varied"));
 }
 
-std::string simulated(const StudyDocument::Set& set) {
+// The simulated responses of the targets.
+std::string simulated(const StudyDocument::Set& set, const StudyDocument& results) {
   std::vector<std::string> parts;
   for (const auto& [response, of] : set.simulated)
-    parts.push_back(fmt::format("{} {}{}", response, measured_text(of.value, of.standard_error),
+    if (std::ranges::find(results.targets, response, &StudyDocument::Target::response) !=
+        results.targets.end())
+      parts.push_back(fmt::format("{} {}{}", response, measured_text(of.value, of.standard_error),
                                 unit_suffix(of.unit)));
   return joined(parts, "no finished run");
 }
@@ -69,7 +73,7 @@ std::string simulated(const StudyDocument::Set& set) {
 std::string compared(const StudyDocument& results) {
   std::vector<std::string> parts;
   for (const StudyDocument::Set& set : results.compare)
-    parts.push_back(fmt::format("{}: {}", set.name, simulated(set)));
+    parts.push_back(fmt::format("{}: {}", set.name, simulated(set, results)));
   return joined(parts, "the study has no [[compare]] values");
 }
 

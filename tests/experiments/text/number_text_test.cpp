@@ -27,6 +27,12 @@ TEST(NumberText, KeepsSignificantDigits) {
   EXPECT_EQ(number_text(INFINITY), "undefined");
 }
 
+TEST(NumberText, WritesKeysAsWords) {
+  EXPECT_EQ(words("discharge_time"), "discharge time");
+  EXPECT_EQ(words("tilt.slide_angle"), "slide angle (tilt)");
+  EXPECT_EQ(words("materials.ice.young_modulus"), "materials.ice.young modulus");
+}
+
 TEST(NumberText, UncertaintyDecidesTheDigits) {
   EXPECT_EQ(measured_text(11.4321, 1.2345), "11.4 ± 1.2");
   EXPECT_EQ(measured_text(-3.1012, 0.1299), "-3.10 ± 0.13");

@@ -57,5 +57,22 @@ TEST(StudyAnswer, AdvisesMoreRunsWhereTheyLimitWhatIsDetermined) {
             "angle, once more: 0.1 bits; the least known direction shrinks to 97 % of its length");
 }
 
+TEST(StudyAnswer, ComparesTheResponsesOfTheTargets) {
+  const auto simulated = [](double value) {
+    return Json{{"value", value}, {"standard_error", 0.25}, {"unit", "deg"}};
+  };
+  const Json results = {
+      {"study", "heap"},
+      {"verdict", "calibrated"},
+      {"parameters", Json::array()},
+      {"estimate", {{"name", "estimate"}, {"parameters", {{"mu", 0.155}}}}},
+      {"targets", {{{"response", "heap.angle"}, {"value", 10}, {"uncertainty", 1}}}},
+      {"compare",
+       {{{"name", "paper"},
+         {"parameters", {{"mu", 0.3}}},
+         {"simulated", {{"heap.angle", simulated(18)}, {"heap.height", simulated(3)}}}}}}};
+  EXPECT_EQ(estimate_of(results)[2].value, "paper: heap.angle 18.00 ± 0.25 deg");
+}
+
 }  // namespace
 }  // namespace firn
