@@ -347,8 +347,8 @@ TEST(SourceTree, ShippedFilesAreInstalled) {
   EXPECT_GT(shipped.size(), 50u);
 }
 
-// `./firn` installs the packages [run] and [build] of scripts/packages.txt only. CMake finds what the other
-// sections hold by these names.
+// `./firn` installs the packages [run] and [build] of scripts/packages.txt only. CMake finds what
+// the other sections hold by these names.
 TEST(SourceTree, ProgramConfiguresWithoutPackagesOfTests) {
   const test::ScratchFolder build("configure");
   std::string command = "'" FIRN_CMAKE "' --preset release -S '" + source_dir.string() + "' -B '" +
