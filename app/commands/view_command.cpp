@@ -244,8 +244,9 @@ int view(const ViewArguments& a) {
 
 void add_view_command(CLI::App& app, int& status) {
   auto a = std::make_shared<ViewArguments>();
-  CLI::App* command = app.add_subcommand(
-      "view", "Show a case, a run, a study, a validation or a sweep in the browser, and follow its changes");
+  CLI::App* command = app.add_subcommand("view",
+                                         "Show a case, a run, a study, a validation or a sweep in "
+                                         "the browser, and follow its changes");
   command
       ->add_option("PATH", a->path,
                    "CASE.toml, RUN.h5 (also while it is written), or the folder of a study, a "

@@ -26,8 +26,8 @@ std::string unit_suffix(const std::string& unit);
 // The label of an axis: "friction force / N"; the name alone of a bare number.
 std::string axis_label(const std::string& name, const std::string& unit);
 
-// A key as words: "discharge_time" becomes "discharge time", and "tilt.slide_angle", a response of an
-// experiment, "slide angle (tilt)".
+// A key as words: "discharge_time" becomes "discharge time", and "tilt.slide_angle", a response of
+// an experiment, "slide angle (tilt)".
 std::string words(std::string key);
 
 // TOML text with numbers outside of strings in the fewest digits that read back to the same value:
