@@ -66,7 +66,7 @@ std::string simulated(const StudyDocument::Set& set, const StudyDocument& result
     if (std::ranges::find(results.targets, response, &StudyDocument::Target::response) !=
         results.targets.end())
       parts.push_back(fmt::format("{} {}{}", response, measured_text(of.value, of.standard_error),
-                                unit_suffix(of.unit)));
+                                  unit_suffix(of.unit)));
   return joined(parts, "no finished run");
 }
 
