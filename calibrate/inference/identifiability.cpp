@@ -32,7 +32,7 @@ double value_at(const Study& study, const Combination& c, const VectorXd& u) {
   for (Index i = 0; i < u.size(); ++i) {
     const Parameter& p = study.parameters[static_cast<std::size_t>(i)];
     const double x = p.from_unit(u[i]);
-    value += c.coefficients[i] * (p.logarithmic ? std::log(x) : x);
+    value += c.coefficients[i] * p.scaled(x);
   }
   return value;
 }

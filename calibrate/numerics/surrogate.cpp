@@ -30,9 +30,9 @@ constexpr double least_departure = 1e-4, most_departure = 3, most_noise = 10;
 constexpr double least_length = 0.1, most_length = 5;
 constexpr double jitter = 1e-10;
 // Members of the mixture, and the walk that finds them: sweeps over all hyperparameters between two
-// members, and the longest step in a logarithm.
+// members, and the half width of a proposal in a logarithm.
 constexpr int members = 8, sweeps = 25;
-constexpr double longest_step = 1.2;
+constexpr double proposal_half_width = 1.2;
 
 // Matern 5/2 correlation as a function of the scaled distance, and its derivative over r^2 / 2.
 ArrayXd matern(const ArrayXd& r) {
@@ -196,7 +196,7 @@ void Surrogate::fit() {
   for (int i = 1; i <= members * sweeps; ++i) {
     for (Index k = 0; k < count; ++k) {
       VectorXd next = p;
-      next[k] += longest_step * (2 * uniform_open(random) - 1);
+      next[k] += proposal_half_width * (2 * uniform_open(random) - 1);
       const double chance = uniform_open(random);
       if (next[k] < lower[k] || next[k] > upper[k]) continue;
       const double there = objective(next);

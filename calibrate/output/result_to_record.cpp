@@ -29,8 +29,6 @@ using Eigen::Index;
 
 constexpr int kept_samples = 256;
 
-double scaled(const Parameter& p, double value) { return p.logarithmic ? std::log(value) : value; }
-
 // Six digits exceed the resolution of a posterior of some thousand points.
 double rounded(const Parameter& p, double value) {
   return std::clamp(std::strtod(fmt::format("{:.6g}", value).c_str(), nullptr), p.min, p.max);
@@ -108,7 +106,7 @@ void fill_moments(const Study& study, const Posterior& posterior, PosteriorEnsem
   const std::size_t d = study.parameters.size();
   const auto coordinate = [&](std::size_t s, std::size_t i) {
     const Parameter& p = study.parameters[i];
-    return scaled(p, p.min) + posterior.u[s][static_cast<Index>(i)] * p.width();
+    return p.scaled(p.min) + posterior.u[s][static_cast<Index>(i)] * p.width();
   };
   std::vector<double> mean(d, 0);
   ensemble.covariance.assign(d, std::vector<double>(d, 0));

@@ -9,8 +9,6 @@
 namespace firn {
 namespace {
 
-double scaled(const Parameter& p, double value) { return p.logarithmic ? std::log(value) : value; }
-
 // Significant digits that distinguish this value from neighboring values in the range.
 int digits_of(const Parameter& p, double value) {
   constexpr int usual = 4, most = 15;
@@ -25,14 +23,14 @@ int digits_of(const Parameter& p, double value) {
 
 }  // namespace
 
-double Parameter::width() const { return scaled(*this, max) - scaled(*this, min); }
+double Parameter::scaled(double value) const { return logarithmic ? std::log(value) : value; }
 
-double Parameter::to_unit(double value) const {
-  return (scaled(*this, value) - scaled(*this, min)) / width();
-}
+double Parameter::width() const { return scaled(max) - scaled(min); }
+
+double Parameter::to_unit(double value) const { return (scaled(value) - scaled(min)) / width(); }
 
 double Parameter::from_unit(double u) const {
-  const double s = scaled(*this, min) + u * width();
+  const double s = scaled(min) + u * width();
   return logarithmic ? std::exp(s) : s;
 }
 

@@ -19,6 +19,8 @@ struct Parameter {
   // Gaussian prior in the unit of the parameter, truncated to the range.
   std::optional<double> prior_mean, prior_sd;
 
+  // The value, or its logarithm.
+  double scaled(double value) const;
   // 0 at min, 1 at max, linear in the value or in its logarithm.
   double to_unit(double value) const;
   double from_unit(double u) const;
