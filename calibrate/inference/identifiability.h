@@ -30,7 +30,7 @@ struct Combination {
   // sum of coefficient * (parameter or its logarithm) = value +- sd; coefficients of unit length.
   Eigen::VectorXd coefficients;
   double value = 0;
-  double sd = 0;  // by the data alone, linearised; infinite when unidentified
+  double sd = 0;  // by the data alone, linearized; infinite when unidentified
   // Root mean square distance from `value` over the whole posterior. Much larger than sd where the
   // ridge curves away from its direction at the estimate.
   double spread = 0;

@@ -66,7 +66,7 @@ class OutcomeProbability {
 // Models of all responses, fitted to the runs so far.
 struct ResponseModels {
   std::vector<ResponseModel> targets;   // in order of Study::targets
-  std::vector<ResponseModel> observed;  // those of Study::observed that could be modelled
+  std::vector<ResponseModel> observed;  // those of Study::observed that could be modeled
   // By experiment. A run that arches is evidence against its parameters, because the experiment did
   // not arch. A run that failed or was cut short by a limit is not: its response is unknown.
   std::vector<OutcomeProbability> arched, cut_short;

@@ -67,7 +67,7 @@ std::vector<double> tick_values(const Parameter& p) {
   return ticks;
 }
 
-// The axis runs over the unit cube and is labelled with the parameter's values: one kind of axis
+// The axis runs over the unit cube and is labeled with the parameter's values: one kind of axis
 // for both scales, and gnuplot's image style requires equal cells.
 void print_axis(Out& out, const char* axis, const Parameter& p) {
   std::vector<std::string> ticks;

@@ -114,7 +114,7 @@ void print_priors(Out& out, const Study& study) {
 }
 
 void print_models(Out& out, const CalibrationResult& a) {
-  print(out, "\nHow the responses were modelled\n");
+  print(out, "\nHow the responses were modeled\n");
   const auto line = [&](const ResponseModel& m) {
     print(out,
           "  {:<22} {} points, {}; seed sd {:.2g}{} ({} degrees of freedom); leave-one-out |z| "
@@ -125,7 +125,7 @@ void print_models(Out& out, const CalibrationResult& a) {
           m.largest_leave_one_out_z);
     if (!m.local_noise.uniform())
       print(out,
-            "    its noise is not the same all over the ranges: it is modelled place by place\n");
+            "    its noise is not the same all over the ranges: it is modeled place by place\n");
     if (!m.passes_cross_validation())
       print(
           out,

@@ -61,7 +61,7 @@ struct Target {
   double sd() const { return std::hypot(uncertainty, discrepancy); }
 };
 
-// A response that is modelled and reported in addition to the targets. With an uncertainty it is a
+// A response that is modeled and reported in addition to the targets. With an uncertainty it is a
 // possible measurement: its expected narrowing of the posterior is reported.
 struct Observed {
   ResponseId response;

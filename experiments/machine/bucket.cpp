@@ -91,9 +91,9 @@ void check(const Bucket& b) {
                                    {b.outlet_length, "outlet_length"}}) {
     require_above_zero(value, key);
   }
-  require(b.draft >= 0 && b.draft < 45 * kDegree, "draft",
+  require(b.draft >= 0 && b.draft < 45 * kDegToRad, "draft",
           fmt::format("is {}; expected 0 to 45 deg", in_degrees(b.draft)));
-  require(b.shoulder > 0 && b.shoulder + b.draft <= 85 * kDegree, "shoulder",
+  require(b.shoulder > 0 && b.shoulder + b.draft <= 85 * kDegToRad, "shoulder",
           fmt::format("is {}; expected more than zero, and with the draft no more than 85 deg",
                       in_degrees(b.shoulder)));
   if (b.outlet != Bucket::Outlet::none) {

@@ -79,9 +79,9 @@ Solid make_chute(const Chute& c) {
                                    {c.bend_length, "bend_length"}}) {
     require_above_zero(value, key);
   }
-  require(std::abs(c.inclination) <= 90 * kDegree + 1e-9, "inclination",
+  require(std::abs(c.inclination) <= 90 * kDegToRad + 1e-9, "inclination",
           fmt::format("is {}; expected -90 to 90 deg", in_degrees(c.inclination)));
-  require(std::abs(c.bend) <= 120 * kDegree, "bend",
+  require(std::abs(c.bend) <= 120 * kDegToRad, "bend",
           fmt::format("is {}; expected -120 to 120 deg", in_degrees(c.bend)));
   const auto leg = [](double fall) { return Vec3(std::cos(fall), 0, -std::sin(fall)); };
   std::vector<Vec3> line = {Vec3::Zero(), c.length * leg(c.inclination)};

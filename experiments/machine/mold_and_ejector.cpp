@@ -183,7 +183,7 @@ Solid make_stripper(const Stripper& s) {
   require(s.apron > 0 && s.apron < s.far - s.near, "apron",
           fmt::format("is {}; expected more than zero and less than the fingers' {}",
                       in_mm(s.apron), in_mm(s.far - s.near)));
-  require(s.slope >= 0 && s.slope < 80 * kDegree, "slope",
+  require(s.slope >= 0 && s.slope < 80 * kDegToRad, "slope",
           "is not between 0 and 80 deg; expected a slope that cubes slide down");
   const double depth = s.thickness / std::cos(s.slope);
   const auto top = [&](double y) { return s.height - (y - s.near) * std::tan(s.slope); };

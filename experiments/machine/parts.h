@@ -3,14 +3,10 @@
 // Lengths in m, angles in rad; the part axes are stated with each part.
 #pragma once
 
-#include <numbers>
-
 #include "experiments/machine/swept_solid.h"
 #include "firn/shape.h"
 
 namespace firn {
-
-inline constexpr double kDegree = std::numbers::pi / 180;
 
 // A row of crescent cavities along x, open above, z up. The origin is the middle of the axis of
 // their arcs, about which an ejector rotates. A cavity is the crescent with its arc extended to the
@@ -55,7 +51,7 @@ struct Stripper {
   double near = 9e-3;    // y of the upper end
   double far = 54e-3;    // y of the lower end
   double height = 5e-3;  // z of the upper end
-  double slope = 25 * kDegree;
+  double slope = 25 * kDegToRad;
   double thickness = 3e-3;
   double apron = 10e-3;  // along y
 
@@ -81,10 +77,10 @@ struct Bucket {
   double length = 300e-3, width = 130e-3;
   double back_height = 100e-3, front_height = 140e-3;
   double wall = 3e-3;
-  double draft = 3 * kDegree;
+  double draft = 3 * kDegToRad;
   // Radius of a cylindrical floor along x, tangent to inclined shoulders; 0: a flat floor.
   double trough_radius = 0;
-  double shoulder = 45 * kDegree;
+  double shoulder = 45 * kDegToRad;
   // Opening in the end wall at +x or in the floor next to it, in the middle of the width.
   Outlet outlet = Outlet::none;
   double outlet_width = 95e-3;
@@ -128,7 +124,7 @@ struct Trough {
   double radius = 50e-3;  // inner
   double length = 300e-3;
   double wall = 3e-3;
-  double angle = 180 * kDegree;  // of the arc
+  double angle = 180 * kDegToRad;  // of the arc
 
   bool operator==(const Trough&) const = default;
 };
@@ -142,7 +138,7 @@ struct Chute {
   double width = 90e-3, height = 90e-3;  // inner, along y and normal to it
   double diameter = 90e-3;               // inner, if round
   double wall = 3e-3;
-  double inclination = 50 * kDegree;
+  double inclination = 50 * kDegToRad;
   double length = 150e-3;
   double bend = 0;
   double bend_length = 150e-3;

@@ -51,9 +51,9 @@ std::string tick_text(double value) {
 // gnuplot's ticks of an axis: a label (none for a minor one) and a place each.
 struct Ticks {
   std::vector<std::string> items;
-  void add(double at, bool labelled) {
-    items.push_back(labelled ? fmt::format("{} {:.17g}", encode::gnuplot_tic(tick_text(at)), at)
-                             : fmt::format("'' {:.17g} 1", at));
+  void add(double at, bool labeled) {
+    items.push_back(labeled ? fmt::format("{} {:.17g}", encode::gnuplot_tic(tick_text(at)), at)
+                            : fmt::format("'' {:.17g} 1", at));
   }
 };
 
@@ -71,7 +71,7 @@ Ticks log_ticks(double low, double high) {
             last = static_cast<int>(std::ceil(std::log10(high) - 1e-9));
   const int stride = std::max(1, static_cast<int>(std::ceil(decades / 8)));  // decades a label
   const auto inside = [&](double v) { return v >= low * (1 - 1e-9) && v <= high * (1 + 1e-9); };
-  const auto labelled = [&](int exponent, int factor) {
+  const auto labeled = [&](int exponent, int factor) {
     if (decades > 3) return factor == 1 && (exponent - first) % stride == 0;
     if (decades > 1.2) return factor == 1 || factor == 2 || factor == 5;
     return factor <= 6 || factor == 8;
@@ -82,8 +82,8 @@ Ticks log_ticks(double low, double high) {
     for (int factor = 1; factor <= 9; ++factor) {
       const double at = std::stod(fmt::format("{}e{}", factor, exponent));
       if (!inside(at) || (stride > 1 && factor > 1)) continue;
-      labels += labelled(exponent, factor) ? 1 : 0;
-      ticks.add(at, labelled(exponent, factor));
+      labels += labeled(exponent, factor) ? 1 : 0;
+      ticks.add(at, labeled(exponent, factor));
     }
   if (labels > 2) return ticks;
   // Less than a factor of three: evenly spaced ones.

@@ -152,8 +152,8 @@ inline std::vector<PlacedMesh> ledge_heap(const TriangleMesh& mesh, double cube_
   const DrainedRepose setup = drained_box();
   const double lip = setup.door_width / 2, beyond = 1.5 * cube_size;
   const double from = lip - beyond, to = setup.box.x() / 2 + beyond;
-  const double slope = std::tan(angle * std::numbers::pi / 180);
-  const double slope_y = std::tan(tilt_y * std::numbers::pi / 180);
+  const double slope = std::tan(angle * kDegToRad);
+  const double slope_y = std::tan(tilt_y * kDegToRad);
   const Region region{sign > 0 ? from : -to, sign > 0 ? to : -from, -setup.box.y() / 2 - beyond,
                       setup.box.y() / 2 + beyond};
   return pile(

@@ -15,7 +15,7 @@ using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
 using Quat = Eigen::Quaterniond;  // unit; coefficients named w x y z
 
-inline constexpr double kRadToDeg = 180 / std::numbers::pi;
+inline constexpr double kDegToRad = std::numbers::pi / 180, kRadToDeg = 180 / std::numbers::pi;
 
 // A number of a body, shape or part as the index of a standard container.
 constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }

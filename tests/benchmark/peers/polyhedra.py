@@ -26,7 +26,7 @@ ice = PolyhedraMat(young=6.7e8, poisson=0.33, density=916.7, frictionAngle=math.
 wall = PolyhedraMat(young=6.7e8, poisson=0.33, density=2000, frictionAngle=math.atan(0.3))
 O.materials.append([ice, wall])
 
-# polyhedra() moves the corners to its own centre and axes, so they are given in the world.
+# polyhedra() moves the corners to its own center and axes, so they are given in the world.
 for row in bed:
     at = Vector3(*(float(row[k]) for k in "xyz"))
     turn = Quaternion(*(float(row[k]) for k in ("w", "qx", "qy", "qz")))
@@ -51,7 +51,7 @@ O.engines = [
 ]
 O.dt = 2e-5
 
-O.run(2, True)  # the first steps find all neighbours
+O.run(2, True)  # the first steps find all neighbors
 for _ in range(int(os.environ["REPETITIONS"])):
     start = time.process_time()
     O.run(steps, True)

@@ -112,7 +112,7 @@ TEST(MachineContact, CrescentRestsInItsCavity) {
   model.boundaries.push_back(boundary_of(make_mold(mold)));
   model.timestep = 1e-5;
   Solver solver(model);
-  const Quat across(Eigen::AngleAxisd(90 * kDegree, Vec3::UnitZ()));
+  const Quat across(Eigen::AngleAxisd(90 * kDegToRad, Vec3::UnitZ()));
   const Vec3 frozen = across * model.shapes[0].centroid + Vec3(0, 0, water_line(mold.cube));
   solver.insert(0, frozen, across, Vec3::Zero(), Vec3::Zero());
   scenes::run(solver, 0.3);

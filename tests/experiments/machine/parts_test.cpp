@@ -295,7 +295,7 @@ TEST(MachineParts, CavityIsTheCrescentWithItsClearance) {
 TEST(MachineParts, EjectorClearsMoldAndStripper) {
   const Solid mold = make_mold({}), stripper = make_stripper({}), ejector = make_ejector({});
   for (int degrees = 0; degrees < 360; degrees += 5) {
-    const Mat3 turn = Eigen::AngleAxisd(degrees * kDegree, Vec3::UnitX()).toRotationMatrix();
+    const Mat3 turn = Eigen::AngleAxisd(degrees * kDegToRad, Vec3::UnitX()).toRotationMatrix();
     for (const Vec3& v : ejector.mesh.vertices) {
       EXPECT_GT(height(mold.parts, turn * v), 1e-3);
       EXPECT_GT(height(stripper.parts, turn * v), 1e-3);
@@ -323,7 +323,7 @@ TEST(MachineParts, ImpossibleDimensionsAreRefusedByTheirKey) {
   EXPECT_EQ(refusal([] { make_ejector({.tip_radius = 4e-3}); }), "tip_radius");
   EXPECT_EQ(refusal([] { make_ejector({.shaft_length = 0.1}); }), "shaft_length");
   Mold steep;
-  steep.cube.draft = 40 * kDegree;
+  steep.cube.draft = 40 * kDegToRad;
   EXPECT_EQ(refusal([&] { make_mold(steep); }), "draft");
   EXPECT_EQ(refusal([] { make_mold({.pitch = 22e-3}); }), "pitch");
   EXPECT_EQ(refusal([] { make_mold({.freeboard = 25e-3}); }), "freeboard");
@@ -339,7 +339,7 @@ TEST(MachineParts, ImpossibleDimensionsAreRefusedByTheirKey) {
   EXPECT_EQ(refusal([&] { make_bucket(open); }), "outlet_height");
   open.outlet_width = 0.2;
   EXPECT_EQ(refusal([&] { make_bucket(open); }), "outlet_width");
-  EXPECT_EQ(refusal([] { make_trough({.angle = 200 * kDegree}); }), "angle");
+  EXPECT_EQ(refusal([] { make_trough({.angle = 200 * kDegToRad}); }), "angle");
   EXPECT_EQ(refusal([] { make_chute({.length = 0.04, .bend = 1.5}); }), "bend");
   EXPECT_EQ(refusal([] { make_drum({.lifters = 8, .lifter_height = 0.2}); }), "lifter_height");
   EXPECT_EQ(refusal([] { make_drum({.lifters = 100, .lifter_thickness = 0.02}); }),

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "experiments/analysis/line_fit.h"
 #include "tests/support/bench_run.h"
@@ -68,7 +67,7 @@ double stairs_angle(double rise) {
     x.push_back(2.5e-3 * (i + 0.5));
     z.push_back(rise * (i / 20 + 1));
   }
-  return std::atan(theil_sen_line(x, z).slope) * 180 / std::numbers::pi;
+  return std::atan(theil_sen_line(x, z).slope) * kRadToDeg;
 }
 
 TEST(BinHeap, StairsHaveTheirAnglesHeightAndMass) {

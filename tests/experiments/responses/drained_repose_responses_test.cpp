@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tests/support/synthetic_heap.h"
 
@@ -16,7 +15,6 @@ using synthetic::ramp;
 
 constexpr double kCubeSize = 20.57e-3;   // m, middle edge of the crescent's box
 constexpr double kCubeVolume = 14.9e-6;  // m^3
-constexpr double kRadians = std::numbers::pi / 180;
 
 const Response& find(const std::vector<Response>& all, const std::string& name) {
   const auto found =
@@ -57,8 +55,8 @@ class DrainedReposeResponses : public testing::Test {
     for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
     return mesh;
   }
-  TriangleMesh right = ramp(std::tan(10 * kRadians), 0, 15e-3);
-  TriangleMesh left = mirrored(ramp(std::tan(12 * kRadians), 0, 15e-3));
+  TriangleMesh right = ramp(std::tan(10 * kDegToRad), 0, 15e-3);
+  TriangleMesh left = mirrored(ramp(std::tan(12 * kDegToRad), 0, 15e-3));
   DrainedHeap heap;
 };
 

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "experiments/analysis/line_fit.h"
 #include "tests/support/bench_run.h"
@@ -59,8 +58,7 @@ std::string bed(double slope, double below) {
 
 TEST(DrumResponses, FindTheSlopeOfAFlatBed) {
   for (const double degrees : {0.0, 12.0, 25.0, -35.0}) {
-    const BenchRun r =
-        run_case(read_case_text(bed(degrees * std::numbers::pi / 180, 0.03), "drum.toml", "."));
+    const BenchRun r = run_case(read_case_text(bed(degrees * kDegToRad, 0.03), "drum.toml", "."));
     EXPECT_NEAR(r.value("drum_mass_angle"), std::abs(degrees), 1e-6);
     // Corners of cubes show, or not, within a column: up to a column's width in 200 mm.
     EXPECT_NEAR(r.value("drum_angle"), std::abs(degrees), 1.0) << degrees;

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tests/support/synthetic_heap.h"
 
@@ -17,7 +16,6 @@ using synthetic::ramp;
 
 constexpr double kCubeSize = 20.57e-3;   // m, middle edge of the crescent's box
 constexpr double kCubeVolume = 14.9e-6;  // m^3
-constexpr double kRadians = std::numbers::pi / 180;
 
 HeapSlope right_slope(const std::vector<PlacedMesh>& bodies, double size = kCubeSize) {
   return heap_slope(bodies, drained_box(), Side::right, size, kCubeVolume);
@@ -25,7 +23,7 @@ HeapSlope right_slope(const std::vector<PlacedMesh>& bodies, double size = kCube
 
 TEST(HeapSlope, PlaneSurfacesGiveTheirAngle) {
   for (double angle : {0.0, 5.0, 10.0, 20.0, 30.0}) {
-    const TriangleMesh mesh = ramp(std::tan(angle * kRadians), 0, 10e-3);
+    const TriangleMesh mesh = ramp(std::tan(angle * kDegToRad), 0, 10e-3);
     const HeapSlope s = right_slope({{&mesh, {}}});
     EXPECT_NEAR(s.robust_angle, angle, 1e-9);
     EXPECT_NEAR(s.least_squares_angle, angle, 1e-9);
@@ -35,19 +33,19 @@ TEST(HeapSlope, PlaneSurfacesGiveTheirAngle) {
 }
 
 TEST(HeapSlope, TiltAcrossTheDepthDoesNotMatter) {
-  const TriangleMesh mesh = ramp(std::tan(10 * kRadians), 0, 20e-3, std::tan(6 * kRadians));
+  const TriangleMesh mesh = ramp(std::tan(10 * kDegToRad), 0, 20e-3, std::tan(6 * kDegToRad));
   EXPECT_NEAR(right_slope({{&mesh, {}}}).robust_angle, 10, 1e-9);
 }
 
 TEST(HeapSlope, AToeWithinTheWindowCountsTheBareFloor) {
   // The least-squares line through max(0, t (s - s0)) over [a, b], with L = b - a, p = b - s0:
   // slope = t p^2 (3 L - 2 p) / L^3.
-  const double t = std::tan(20 * kRadians), toe = 0.1;
+  const double t = std::tan(20 * kDegToRad), toe = 0.1;
   const TriangleMesh mesh = ramp(t, toe);
   const HeapSlope s = right_slope({{&mesh, {}}});
   const double length = s.window.to - s.window.from, p = s.window.to - toe;
   const double slope = t * p * p * (3 * length - 2 * p) / std::pow(length, 3);
-  EXPECT_NEAR(s.least_squares_angle, std::atan(slope) / kRadians, 0.1);
+  EXPECT_NEAR(s.least_squares_angle, std::atan(slope) / kDegToRad, 0.1);
   EXPECT_NEAR(s.covered, p / length, 0.02);
 }
 
@@ -61,7 +59,7 @@ TEST(HeapSlope, AnEmptyLedgeIsZeroWithinOneParticle) {
 }
 
 TEST(HeapSlope, OneLumpHardlyMovesTheRobustLine) {
-  const TriangleMesh mesh = ramp(std::tan(10 * kRadians), 0, 10e-3);
+  const TriangleMesh mesh = ramp(std::tan(10 * kDegToRad), 0, 10e-3);
   const TriangleMesh cube = synthetic::box_mesh({25e-3, 60e-3, 20e-3});
   const HeapSlope s = right_slope({{&mesh, {}}, {&cube, {Mat3::Identity(), Vec3(0.26, 0, 0.05)}}});
   EXPECT_GT(s.least_squares_angle, 10.8);
@@ -115,7 +113,7 @@ TEST(HeapSlope, MarginsMustLeaveAWindow) {
 
 TEST(HeapSlope, TheOutlineOfWhatIsTheSameOverTheDepthIsItsSurface) {
   for (const double angle : {5.0, 17.0, 33.0}) {
-    const TriangleMesh mesh = ramp(std::tan(angle * kRadians), 0, 10e-3);
+    const TriangleMesh mesh = ramp(std::tan(angle * kDegToRad), 0, 10e-3);
     const HeapSlope outline =
         outline_slope({{&mesh, {}}}, ledge_of(drained_box(), Side::right, kCubeSize), kCubeSize);
     const HeapSlope surface = right_slope({{&mesh, {}}});
@@ -130,8 +128,8 @@ TEST(HeapSlope, TheOutlineOfWhatIsTheSameOverTheDepthIsItsSurface) {
 
 TEST(HeapSlope, AnOutlineIsTheHighestPointOverTheDepth) {
   // A low ramp over the whole depth, and a higher one of another slope over a part of it.
-  const TriangleMesh low = ramp(std::tan(8 * kRadians), 0, 10e-3);
-  TriangleMesh high = ramp(std::tan(20 * kRadians), 0, 40e-3);
+  const TriangleMesh low = ramp(std::tan(8 * kDegToRad), 0, 10e-3);
+  TriangleMesh high = ramp(std::tan(20 * kDegToRad), 0, 40e-3);
   for (Vec3& v : high.vertices) v.y() = v.y() > 0 ? 30e-3 : 10e-3;
   const HeapSlope outline = outline_slope(
       {{&low, {}}, {&high, {}}}, ledge_of(drained_box(), Side::right, kCubeSize), kCubeSize);
@@ -203,15 +201,16 @@ Ledge right_ledge() { return ledge_of(drained_box(), Side::right, kCubeSize); }
 
 TEST(WallRise, APlaneHasNoneHoweverItLeans) {
   for (double across : {0.0, 6.0}) {
-    const TriangleMesh mesh = ramp(std::tan(10 * kRadians), 0, 30e-3, std::tan(across * kRadians));
+    const TriangleMesh mesh =
+        ramp(std::tan(10 * kDegToRad), 0, 30e-3, std::tan(across * kDegToRad));
     EXPECT_NEAR(wall_height_excess({{&mesh, {}}}, right_ledge(), kCubeSize).value, 0, 1e-9);
   }
 }
 
 TEST(WallRise, AHeapThatStandsHigherAtTheWallsHasTheDifference) {
-  const TriangleMesh bed = ramp(std::tan(10 * kRadians), 0, 30e-3);
+  const TriangleMesh bed = ramp(std::tan(10 * kDegToRad), 0, 30e-3);
   // Benches 5 mm above the bed along both walls, wider than the strips; in the middle the bed.
-  TriangleMesh bench = ramp(std::tan(10 * kRadians), 0, 35e-3);
+  TriangleMesh bench = ramp(std::tan(10 * kDegToRad), 0, 35e-3);
   for (Vec3& v : bench.vertices) v.y() = v.y() > 0 ? 69.85e-3 : 45e-3;
   TriangleMesh other = bench;
   for (Vec3& v : other.vertices) v.y() -= 114.85e-3;

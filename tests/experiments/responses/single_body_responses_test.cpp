@@ -5,14 +5,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "tests/support/bench_run.h"
 
 namespace firn {
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr double kGravity = 9.81;
 
 std::string number(double value) { return fmt::format("{}", value); }
@@ -25,7 +23,7 @@ BoundaryTrack steady_slide() {
   for (int k = 0; k <= 300; ++k) {
     const double t = 0.1 * k;
     track.time.push_back(t);
-    track.inclination.push_back(t / kDegrees);
+    track.inclination.push_back(t / kRadToDeg);
     track.distance.push_back(t < 10 ? 0 : 2e-3 * (t - 10));
     track.turn.push_back(0);
   }
@@ -36,23 +34,23 @@ Measure slip_measure() {
   Measure m;
   m.slip = 1.05e-3;  // between two frames
   m.run = 20e-3;
-  m.tip_angle = 20 / kDegrees;
+  m.tip_angle = 20 / kRadToDeg;
   return m;
 }
 
 TEST(SlipOf, InterpolatesTheInclinationBetweenFrames) {
   const SlipResult r = measure_slip(steady_slide(), slip_measure());
   EXPECT_EQ(r.end, SlipResult::End::slid);
-  EXPECT_NEAR(r.angle * kDegrees, 10.525, 1e-9);
-  EXPECT_NEAR(r.resolution * kDegrees, 0.1, 1e-9);
+  EXPECT_NEAR(r.angle * kRadToDeg, 10.525, 1e-9);
+  EXPECT_NEAR(r.resolution * kRadToDeg, 0.1, 1e-9);
 }
 
 TEST(SlipOf, ABodyThatTurnsOverBeforeTheRunTips) {
   BoundaryTrack track = steady_slide();
-  for (std::size_t k = 150; k < track.turn.size(); ++k) track.turn[k] = 25 / kDegrees;  // at 10 mm
+  for (std::size_t k = 150; k < track.turn.size(); ++k) track.turn[k] = 25 / kRadToDeg;  // at 10 mm
   EXPECT_EQ(measure_slip(track, slip_measure()).end, SlipResult::End::tipped);
   track = steady_slide();
-  for (std::size_t k = 250; k < track.turn.size(); ++k) track.turn[k] = 25 / kDegrees;  // at 30 mm
+  for (std::size_t k = 250; k < track.turn.size(); ++k) track.turn[k] = 25 / kRadToDeg;  // at 30 mm
   EXPECT_EQ(measure_slip(track, slip_measure()).end, SlipResult::End::slid);
 }
 
@@ -135,9 +133,9 @@ TEST(Tilt, TheCubeSlidesAtTheAngleOfFrictionAndWhatTheRateAdds) {
     EXPECT_EQ(r.value("tipped"), 0);
     EXPECT_FALSE(r.has("tip_angle"));
     const double expected =
-        std::atan(friction) + overshoot(friction, degrees_a_second / kDegrees, 2e-3);
+        std::atan(friction) + overshoot(friction, degrees_a_second / kRadToDeg, 2e-3);
     // A body near its angle of friction creeps (docs/contact.md): up to 0.3 mm a second here.
-    EXPECT_NEAR(r.value("slide_angle"), expected * kDegrees, 0.1) << friction;
+    EXPECT_NEAR(r.value("slide_angle"), expected * kRadToDeg, 0.1) << friction;
   }
 }
 
@@ -171,7 +169,7 @@ TEST(Tilt, TheSledSlidesAsOneCubeDoes) {
       tilt({{kFriction, "0.1"}, {"boundaries.plate.motions.0.angular_velocity", "16 deg/s"}},
            "tilt/sled.toml");
   EXPECT_NEAR(r.value("slide_angle"),
-              (std::atan(0.1) + overshoot(0.1, 16 / kDegrees, 2e-3)) * kDegrees, 0.1);
+              (std::atan(0.1) + overshoot(0.1, 16 / kRadToDeg, 2e-3)) * kRadToDeg, 0.1);
 }
 
 // The whole scene turned about an axis through the origin.
@@ -224,8 +222,8 @@ TEST(Tilt, ATallBoxTipsOverItsEdge) {
   EXPECT_EQ(r.value("tipped"), 1);
   EXPECT_FALSE(r.has("slide_angle"));
   // Once it tips, its own speed soon outruns the plate's.
-  EXPECT_GT(r.value("tip_angle"), std::atan(0.5) * kDegrees);
-  EXPECT_NEAR(r.value("tip_angle"), std::atan(0.5) * kDegrees, 2.5);
+  EXPECT_GT(r.value("tip_angle"), std::atan(0.5) * kRadToDeg);
+  EXPECT_NEAR(r.value("tip_angle"), std::atan(0.5) * kRadToDeg, 2.5);
 }
 
 // --- the plate that stands at an angle ----------------------------------------------------------
@@ -234,7 +232,7 @@ TEST(Slide, TimeAndAccelerationFollowTheDynamicFriction) {
   for (double friction : {0.1, 0.3}) {
     const BenchRun r = run_bench("slide/case.toml",
                                  {{"interactions.ice-plastic.dynamic_friction", number(friction)}});
-    const double angle = 30 / kDegrees;
+    const double angle = 30 / kRadToDeg;
     const double a = kGravity * (std::sin(angle) - friction * std::cos(angle));
     EXPECT_EQ(r.value("passed"), 1);
     EXPECT_NEAR(r.value("sliding_acceleration"), a, 0.005 * a);

@@ -148,7 +148,7 @@ TEST_F(CouplingCase, DriveARamThatPushesACube) {
   EXPECT_EQ(curves[3].name, "bearing_curve_y");
   // The bearing carries the weight of crank and rod and more.
   EXPECT_GT(*std::ranges::max_element(curves[3].value), 1);
-  // The ram starts at its dead centre, 10 mm before the cube, and does not come nearer.
+  // The ram starts at its dead center, 10 mm before the cube, and does not come nearer.
   EXPECT_LT(largest, 20);
 }
 

@@ -278,7 +278,7 @@ name = "wait"
 max_duration = "0.6 s"
 )") + kWalls;
 
-// The third cube's centre rests at 50 mm. It comes at 1 s and falls by 90 mm at most; the fourth
+// The third cube's center rests at 50 mm. It comes at 1 s and falls by 90 mm at most; the fourth
 // one would come at 1.5 s.
 TEST_F(SceneTest, AFillEndsAtItsHeight) {
   const RunSummary summary = run(read(kShaft), options("run.h5"));

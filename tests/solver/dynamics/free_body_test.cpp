@@ -132,15 +132,15 @@ TEST(FreeBody, DriveWithATargetGoesThereHoldsAndLetsGo) {
   Joint axis = hinge(-Vec3::UnitY());
   axis.lower = 0;
   Motor lift;
-  lift.speed = 75 * scenes::kDegree / 0.6;
-  lift.target = 45 * scenes::kDegree;
+  lift.speed = 75 * kDegToRad / 0.6;
+  lift.target = 45 * kDegToRad;
   lift.stop = 1.2;
   lift.period = 2;
   axis.motors = {lift};
   frame.free->joints = {axis};
   Solver solver(scene(frame));
   scenes::run(solver, 1.19);
-  EXPECT_NEAR(coordinate(solver), 45 * scenes::kDegree, 1e-9);
+  EXPECT_NEAR(coordinate(solver), 45 * kDegToRad, 1e-9);
   scenes::run(solver, 0.8);
   EXPECT_FALSE(solver.frames()[0].driven);
   EXPECT_NEAR(coordinate(solver), 0, 1e-12);
@@ -150,7 +150,7 @@ TEST(FreeBody, DriveWithATargetGoesThereHoldsAndLetsGo) {
   scenes::run(solver, 0.005);
   EXPECT_NEAR(solver.frames()[0].joints[0].limit_impulse, 0.04 * kG * 0.06 * 0.005, 1e-9);
   scenes::run(solver, 1.19);
-  EXPECT_NEAR(coordinate(solver), 45 * scenes::kDegree, 1e-9);
+  EXPECT_NEAR(coordinate(solver), 45 * kDegToRad, 1e-9);
 }
 
 TEST(FreeBody, StopTurnsTheMotionRoundByItsRestitution) {
@@ -384,7 +384,7 @@ TEST(MotionFrames, BoundaryMovesOnTopOfItsFrame) {
   const Vec3 arm = model.boundaries[0].origin - spin.center;
   Solver solver(model);
   scenes::run(solver, 0.4);
-  // The centre that it turns about goes along with the frame.
+  // The center that it turns about goes along with the frame.
   const Quat turned(Eigen::AngleAxisd(3 * 0.4, Vec3::UnitZ()));
   const BoundaryState panel = solver.boundaries()[0];
   EXPECT_LT((panel.position - (spin.center + Vec3(0, 0.08, 0) + turned * arm)).norm(), 1e-10);

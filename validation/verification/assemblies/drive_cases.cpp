@@ -61,7 +61,7 @@ std::vector<Check> motor() {
 
 // A pendulum swings from 60 degrees: what its bearing bears.
 std::vector<Check> bearing() {
-  constexpr double kMass = 0.3, kArm = 0.2, kOwn = 1e-3, kStart = 60 * kDegree;
+  constexpr double kMass = 0.3, kArm = 0.2, kOwn = 1e-3, kStart = 60 * kDegToRad;
   constexpr double kInertia = kOwn + kMass * kArm * kArm;
   Model model = mechanism();
   const Vec3 center = kArm * Vec3(std::sin(kStart), 0, -std::cos(kStart));
@@ -73,7 +73,7 @@ std::vector<Check> bearing() {
   for (const double at : {50.0, 20.0, 0.0, -20.0, -50.0}) {
     constexpr int kSteps = 20;
     const auto angle = [&] { return kStart + solver.frames()[frame].joints[0].coordinate; };
-    while (angle() > at * kDegree) solver.step();
+    while (angle() > at * kDegToRad) solver.step();
     const double from = solver.time();
     solver.clear_boundary_loads();
     const double first = angle();

@@ -39,7 +39,7 @@ double wedge(Model model, const Column& c, std::uint64_t seed) {
   run(solver, 1.2);
   Vec3 center = Vec3::Zero();
   for (const Vec3& p : solver.particles().position) center += p / c.count;
-  return std::atan2(center.z(), center.x()) / kDegree;
+  return std::atan2(center.z(), center.x()) / kDegToRad;
 }
 
 constexpr int kSeeds = 4;

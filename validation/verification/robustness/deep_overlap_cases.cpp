@@ -12,7 +12,6 @@
 namespace firn::verification {
 namespace {
 
-using scenes::kDegree;
 using scenes::kGravity;
 
 // e'^2 of the hysteretic spring with the unloading floor lambda: the part of the work that comes
@@ -193,7 +192,7 @@ std::vector<Check> wedged() {
         for (const double sign : {-1.0, 1.0}) sides.push_back({sign * Vec3::Unit(axis), half});
       }
       blade.parts = {convex_part(sides, 0)};
-      const double lean = degrees * kDegree;
+      const double lean = degrees * kDegToRad;
       blade.orientation = Quat(Eigen::AngleAxisd(lean, Vec3::UnitY()));
       // Its face just touches the cube's upper left edge (leaning) or left face.
       blade.origin = Vec3(-edge / 2, 0, edge) - blade.orientation * Vec3(1e-3 + 0.1e-3, 0, 0);
@@ -260,7 +259,8 @@ std::vector<Check> incline() {
   for (const auto& [name, shape] : {std::pair{"cube", &block}, {"crescent", &crescent}}) {
     for (const auto& [degrees, friction] : {std::pair{5.0, 0.1}, {15.0, 0.3}, {20.0, 0.5}}) {
       Model model = scenes::body_on_plane(*shape, scenes::law(friction, 0.3));
-      model.gravity = kGravity * Vec3(std::sin(degrees * kDegree), 0, -std::cos(degrees * kDegree));
+      model.gravity =
+          kGravity * Vec3(std::sin(degrees * kDegToRad), 0, -std::cos(degrees * kDegToRad));
       model.timestep = 1e-5;
       Solver solver(model);
       // The crescent lies on its flat rim, upside down.
@@ -269,7 +269,7 @@ std::vector<Check> incline() {
           upside_down ? Quat(Eigen::AngleAxisd(std::numbers::pi, Vec3::UnitX())) : Quat::Identity();
       // A crescent stands on both ends of its rim, each with the full stiffness.
       const double stiffness = (upside_down ? 2 : 1) * shape->stiffness;
-      const double dent = shape->mass * kGravity * std::cos(degrees * kDegree) / stiffness;
+      const double dent = shape->mass * kGravity * std::cos(degrees * kDegToRad) / stiffness;
       solver.insert(0, {0, 0, -lowest_point(*shape, turn) - dent}, turn, Vec3::Zero(),
                     Vec3::Zero());
       scenes::run(solver, 0.5);

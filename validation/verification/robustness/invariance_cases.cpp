@@ -10,8 +10,6 @@
 namespace firn::verification {
 namespace {
 
-using scenes::kDegree;
-
 // Setup of a scene of crescents that fall between leaning walls.
 struct Setup {
   Mat3 axes = Mat3::Identity();  // new axes of the old ones; a reflection mirrors the scene

@@ -12,7 +12,6 @@
 namespace firn::verification {
 namespace {
 
-using scenes::kDegree;
 using scenes::kGravity;
 
 ShapeOptions ice(double rounding) { return scenes::ice_options(0, 0, rounding); }
@@ -21,7 +20,7 @@ ShapeOptions ice(double rounding) { return scenes::ice_options(0, 0, rounding); 
 
 // Force and torque on a body in the first step, from the plane below it, which it overlaps.
 struct Push {
-  Vec3 force, torque;
+  Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
 };
 
 Push push_on_plane(const Shape& shape, const Quat& turn, double overlap) {
@@ -43,10 +42,10 @@ Push push_on_plane(const Shape& shape, const Quat& turn, double overlap) {
 const std::vector<std::pair<std::string, Quat>>& postures() {
   static const std::vector<std::pair<std::string, Quat>> all = {
       {"flat", Quat::Identity()},
-      {"on an edge", Quat(Eigen::AngleAxisd(45 * kDegree, Vec3::UnitX()))},
+      {"on an edge", Quat(Eigen::AngleAxisd(45 * kDegToRad, Vec3::UnitX()))},
       {"on a corner", Quat::FromTwoVectors(Vec3(1, 1, 1), Vec3(0.1, 0.05, -1))},
       {"tilted by 0.1 degrees",
-       Quat(Eigen::AngleAxisd(0.1 * kDegree, Vec3(1, 0.3, 0).normalized()))}};
+       Quat(Eigen::AngleAxisd(0.1 * kDegToRad, Vec3(1, 0.3, 0).normalized()))}};
   return all;
 }
 
@@ -193,7 +192,7 @@ Travel travel(const Shape& shape, const Quat& turn, const Wall& wall, const Vec3
 struct Rider {
   std::string name;
   Shape shape;
-  Quat turn;
+  Quat turn = Quat::Identity();
 };
 
 std::vector<Rider> riders() {

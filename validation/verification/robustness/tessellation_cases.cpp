@@ -16,7 +16,6 @@ namespace firn::verification {
 
 namespace {
 
-using scenes::kDegree;
 using scenes::Random;
 
 // --- Floors, solid below z = 0. ------------------------------------------------------------------
@@ -199,7 +198,7 @@ std::vector<Check> tilt() {
       const double angle = random.uniform(0, 2 * std::numbers::pi);
       worst.add(tilt_stiffness(shape, floor, place, angle), kStiffness * flat * flat / 4,
                 fmt::format("at {:.4g}, {:.4g} m, axis at {:.0f} degrees", place.x(), place.y(),
-                            angle / kDegree));
+                            angle / kDegToRad));
     }
     checks.push_back(worst.check());
   };

@@ -10,8 +10,6 @@
 namespace firn::verification {
 namespace {
 
-using scenes::kDegree;
-
 struct Named {
   std::string name;
   Shape shape;
@@ -77,7 +75,7 @@ Impact random_shot(scenes::Random& random, double speed, int number) {
   shot.speed = speed;
   shot.target = {random.uniform(-10e-3, 10e-3), random.uniform(-10e-3, 10e-3), 0};
   if (number == 0) return shot;  // flat, along the normal
-  shot.angle = random.uniform(0, 45) * kDegree;
+  shot.angle = random.uniform(0, 45) * kDegToRad;
   shot.turn = random.orientation();
   for (int k = 0; k < 3; ++k) shot.spin[k] = 20 * speed * random.uniform(-1, 1);
   return shot;
@@ -266,7 +264,7 @@ std::vector<Check> seam_entry() {
         const Vec3 place = knot + aside * Vec3(1, -0.5, 0);
         for (const double angle : {0.0, 10.0, 30.0, 45.0}) {
           for (int turn = 0; turn < 8; ++turn)
-            shoot({angle * kDegree, 0.1 + turn * 45 * kDegree, place});
+            shoot({angle * kDegToRad, 0.1 + turn * 45 * kDegToRad, place});
         }
       }
     }

@@ -13,8 +13,6 @@
 namespace firn::verification {
 namespace {
 
-using scenes::kDegree;
-
 constexpr double kSpeed = 1.4;      // m/s
 constexpr double kSteps = 50;       // in a quarter period of the stiffest contact
 constexpr double kMass = 0.0137;    // kg
@@ -63,7 +61,7 @@ std::function<Shape(scenes::Random&)> any_sphere() {
 
 std::vector<Family> families() {
   const Vec3 cube(22e-3, 22e-3, 22e-3), brick(30e-3, 20e-3, 12e-3);
-  constexpr double flat = 4 * kDegree;
+  constexpr double flat = 4 * kDegToRad;
   return {{"sphere on a plane", any_sphere()},
           {"cube on a plane", box(cube)},
           {"box on a plane", box(brick)},
@@ -258,7 +256,7 @@ std::vector<Check> near_flat_impacts() {
     double lowest = 1, highest = 0;
     for (int i = 0; i < kCount; ++i) {
       scenes::Random random(2000 + i);
-      const double tilt = 4 * kDegree * random.uniform(0, 1);
+      const double tilt = 4 * kDegToRad * random.uniform(0, 1);
       Model model = scenes::body_on_plane(
           make_box(Vec3::Constant(22e-3), scenes::ice_options(kMass, kStiffness, -1)),
           scenes::law(0, e));

@@ -11,13 +11,12 @@ std::vector<VerificationCase> incline_cases();
 
 namespace {
 
-using scenes::kDegree;
 using scenes::kGravity;
 
 // A box of 1 kg on z = 0, gravity leaning by `degrees` towards +x, resting in its own dent.
 Solver on_incline(const Vec3& size, double degrees, const Interaction& law, double speed,
                   double rounding = 1e-3) {
-  const double stiffness = 1e6, angle = degrees * kDegree;
+  const double stiffness = 1e6, angle = degrees * kDegToRad;
   Model model =
       scenes::body_on_plane(make_box(size, scenes::ice_options(1, stiffness, rounding)), law);
   model.gravity = kGravity * Vec3(std::sin(angle), 0, -std::cos(angle));
@@ -47,7 +46,7 @@ std::vector<Check> sliding() {
     const double before = mean_velocity();
     const double got = (mean_velocity() - before) / kSpan;
     const double expected =
-        kGravity * (std::sin(degrees * kDegree) - mu * std::cos(degrees * kDegree));
+        kGravity * (std::sin(degrees * kDegToRad) - mu * std::cos(degrees * kDegToRad));
     const std::string scene = fmt::format("{} deg, mu = {}: ", degrees, mu);
     checks.push_back({scene + "acceleration", got, published > 0 ? published : expected, 2e-3,
                       Bound::relative, "m/s^2"});
@@ -69,7 +68,7 @@ Lean lean(double degrees, const Interaction& law) {
   Motion tilt;
   tilt.kind = Motion::Kind::rotation;
   tilt.axis = Vec3::UnitY();
-  tilt.angular_speed = kRate * kDegree;
+  tilt.angular_speed = kRate * kDegToRad;
   tilt.stop = degrees / kRate;
   model.boundaries[0].motions = {tilt};
   model.timestep = 2e-5;
@@ -102,9 +101,10 @@ std::vector<Check> staying() {
                     (sudden.particles().position[0] - before).norm(), 1e-6, 0, Bound::at_most,
                     "m"});
   const Lean slides = lean(17.2, scenes::law(0.3, 0.5));
-  checks.push_back({"17.2 deg, mu = 0.3: slides in 1 s at least half a t^2 / 2", slides.after,
-                    0.25 * kGravity * (std::sin(17.2 * kDegree) - 0.3 * std::cos(17.2 * kDegree)),
-                    0, Bound::at_least, "m"});
+  checks.push_back(
+      {"17.2 deg, mu = 0.3: slides in 1 s at least half a t^2 / 2", slides.after,
+       0.25 * kGravity * (std::sin(17.2 * kDegToRad) - 0.3 * std::cos(17.2 * kDegToRad)), 0,
+       Bound::at_least, "m"});
   return checks;
 }
 
@@ -144,7 +144,7 @@ std::vector<Check> static_and_dynamic() {
                     Bound::at_most, "m"});
   const Lean starts = lean(27, law);
   checks.push_back({"27 deg (tan 27 = 0.51), leaning over: slides in 1 s", starts.after,
-                    0.5 * kGravity * (std::sin(27 * kDegree) - 0.3 * std::cos(27 * kDegree)), 0,
+                    0.5 * kGravity * (std::sin(27 * kDegToRad) - 0.3 * std::cos(27 * kDegToRad)), 0,
                     Bound::at_least, "m"});
   Solver slides = on_incline(kCube, 25, law, 0.5);
   scenes::run(slides, 0.1);
@@ -152,10 +152,10 @@ std::vector<Check> static_and_dynamic() {
   scenes::run(slides, 0.4);
   checks.push_back({"25 deg, from 0.5 m/s: acceleration",
                     (slides.particles().velocity[0].x() - speed) / 0.4,
-                    kGravity * (std::sin(25 * kDegree) - 0.3 * std::cos(25 * kDegree)), 2e-3,
+                    kGravity * (std::sin(25 * kDegToRad) - 0.3 * std::cos(25 * kDegToRad)), 2e-3,
                     Bound::relative, "m/s^2"});
   Solver stops = on_incline(kCube, 15, law, 0.3);
-  const double brake = kGravity * (0.3 * std::cos(15 * kDegree) - std::sin(15 * kDegree));
+  const double brake = kGravity * (0.3 * std::cos(15 * kDegToRad) - std::sin(15 * kDegToRad));
   scenes::run(stops, 0.3 / brake + 0.1);
   checks.push_back({"15 deg, from 0.3 m/s: way to rest", stops.particles().position[0].x(),
                     0.09 / (2 * brake), 2e-3, Bound::relative, "m"});
@@ -233,7 +233,7 @@ Eigen::Vector2d simulated_way(double a, double b, double mu, double speed, doubl
   model.timestep = 2e-5;
   Solver solver(model);
   solver.insert(0, {0, 0, 0.5e-3 - mass * kGravity / stiffness},
-                about(Vec3::UnitZ(), -angle / kDegree), {speed, 0, 0}, {0, 0, spin});
+                about(Vec3::UnitZ(), -angle / kDegToRad), {speed, 0, 0}, {0, 0, spin});
   scenes::run(solver, 1.5);
   const Vec3& place = solver.particles().position[0];
   return place.head<2>();
@@ -247,8 +247,8 @@ std::vector<Check> slide_and_spin() {
       for (const double spin : {0.0, 10.0, 20.0, 60.0, 120.0}) {
         checks.push_back({fmt::format("{:g} x {:g} mm at {:g} deg, {:g} rad/s: way", 1e3 * a,
                                       1e3 * b, angle, spin),
-                          simulated_way(a, b, mu, speed, angle * kDegree, spin).norm(),
-                          integrated_way(a, b, mu, speed, angle * kDegree, spin).norm(), 0.02,
+                          simulated_way(a, b, mu, speed, angle * kDegToRad, spin).norm(),
+                          integrated_way(a, b, mu, speed, angle * kDegToRad, spin).norm(), 0.02,
                           Bound::relative, "m"});
       }
     }
@@ -266,7 +266,7 @@ std::vector<Check> many_slide_and_spin() {
   for (int i = 0; i < kPlates; ++i) {
     const double a = between(30e-3, 60e-3), b = a / std::exp(between(0, std::log(10)));
     const double mu = between(0.2, 0.5), speed = between(0.2, 0.6);
-    const double angle = between(0, 90) * kDegree, spin = between(0, 4) * speed / a;
+    const double angle = between(0, 90) * kDegToRad, spin = between(0, 4) * speed / a;
     const Eigen::Vector2d expected = integrated_way(a, b, mu, speed, angle, spin);
     off.push_back((simulated_way(a, b, mu, speed, angle, spin) - expected).norm() /
                   expected.norm());

@@ -11,8 +11,6 @@ std::vector<VerificationCase> oblique_cases();
 
 namespace {
 
-using scenes::kDegree;
-
 // A sphere of 1 kg and 0.05 m on a wall, without gravity.
 struct ObliqueScene {
   double friction = 0.3, degrees = 45, speed = 2;  // angle from the normal; m/s
@@ -35,7 +33,7 @@ Oblique impact(const ObliqueScene& in) {
   model.gravity.setZero();
   model.timestep = quarter_period(1, in.stiffness) * in.e / 400;
   Solver solver(model);
-  const double angle = in.degrees * kDegree;
+  const double angle = in.degrees * kDegToRad;
   solver.insert(0, {0, 0, in.radius + in.gap}, Quat::Identity(),
                 {in.speed * std::sin(angle), 0, -in.speed * std::cos(angle)}, {0, -in.spin, 0});
   scenes::run(solver, 14 * quarter_period(1, in.stiffness) / std::sqrt(in.e));
@@ -47,7 +45,7 @@ Oblique impact(const ObliqueScene& in) {
 // floor, the tangential one cut at mu F. Heun's rule with a step 40 times shorter.
 Oblique integrated(const ObliqueScene& in) {
   const double k = in.stiffness, ku = k / (in.e * in.e), kt = in.ratio * k, lambda = 0.001;
-  const double angle = in.degrees * kDegree, dt = quarter_period(1, k) * in.e / 16000;
+  const double angle = in.degrees * kDegToRad, dt = quarter_period(1, k) * in.e / 16000;
   const double inertia = 0.4 * in.radius * in.radius;
   double s = 0, v = in.speed * std::cos(angle), deepest = 0;
   double vt = in.speed * std::sin(angle), w = in.spin, spring = 0;
@@ -102,7 +100,7 @@ std::vector<Check> published_table() {
     for (std::size_t j = 0; j < kAngles.size(); ++j) {
       const double mu = kFrictions[i], angle = kAngles[j];
       // Gross slip throughout when tan(angle) > 7/2 mu (1 + e).
-      const bool slips = std::tan(angle * kDegree) > 3.5 * 1.5 * mu;
+      const bool slips = std::tan(angle * kDegToRad) > 3.5 * 1.5 * mu;
       const double tolerance = slips ? 3e-3 : 1e-2;
       const Oblique got = impact({.friction = mu, .degrees = angle});
       const std::string scene = fmt::format("mu = {}, {} deg: ", mu, angle);
@@ -122,7 +120,7 @@ std::vector<Check> gross_slip() {
     for (const double e : {0.3, 0.8}) {
       for (const double degrees : {60.0, 80.0}) {
         const Oblique got = impact({.friction = mu, .degrees = degrees, .e = e});
-        const double vn = 2 * std::cos(degrees * kDegree), vt = 2 * std::sin(degrees * kDegree);
+        const double vn = 2 * std::cos(degrees * kDegToRad), vt = 2 * std::sin(degrees * kDegToRad);
         const double change = mu * (1 + restitution_with_floor(e)) * vn;
         const std::string scene = fmt::format("mu = {}, e = {}, {} deg: ", mu, e, degrees);
         checks.push_back({scene + "loss of tangential velocity", vt - got.tangential, change, 3e-3,
@@ -150,7 +148,7 @@ std::vector<Check> second_method() {
           const std::string name = fmt::format("mu = {}, K_t/K = {}, e = {}, {} deg, spin {}: ", mu,
                                                ratio, e, degrees, scene.spin);
           // Of the slip before the impact.
-          const double scale = 2 * std::sin(degrees * kDegree) + 0.05 * std::abs(scene.spin);
+          const double scale = 2 * std::sin(degrees * kDegToRad) + 0.05 * std::abs(scene.spin);
           checks.push_back({name + "tangential velocity", got.tangential, expected.tangential,
                             5e-3 * scale, Bound::absolute, "m/s"});
           checks.push_back({name + "R times spin", 0.05 * got.spin, 0.05 * expected.spin,
@@ -192,10 +190,10 @@ std::vector<Check> spinning_spheres() {
     // The normal may lag by the way between two searches, 60 um of 50 mm; the spheres close at
     // 2 m/s.
     const double lag = Model{}.numerics.contact_margin_limit / 0.05 * 2;
-    const Oblique linearised = spinning_pair(spin, -spin, usual);
-    checks.push_back({scene + "R times spin after, as shipped", 0.05 * linearised.spin, 0.05 * spin,
+    const Oblique linearized = spinning_pair(spin, -spin, usual);
+    checks.push_back({scene + "R times spin after, as shipped", 0.05 * linearized.spin, 0.05 * spin,
                       lag, Bound::absolute, "m/s"});
-    checks.push_back({scene + "speed across, as shipped", linearised.tangential, 0, lag,
+    checks.push_back({scene + "speed across, as shipped", linearized.tangential, 0, lag,
                       Bound::absolute, "m/s"});
   }
   // The middle plane of two equal spins is a rigid wall: half the pair's overlap is the wall's. The
@@ -239,7 +237,7 @@ std::vector<Check> kharaz() {
     model.gravity.setZero();
     model.timestep = quarter_period(mass, stiffness) / 400;
     Solver solver(model);
-    const double angle = degrees * kDegree;
+    const double angle = degrees * kDegToRad;
     solver.insert(0, {0, 0, radius + 1e-10}, Quat::Identity(),
                   {speed * std::sin(angle), 0, -speed * std::cos(angle)}, Vec3::Zero());
     scenes::run(solver, 6 * quarter_period(mass, stiffness));
@@ -248,10 +246,10 @@ std::vector<Check> kharaz() {
   };
   std::vector<Check> checks;
   for (const auto& [degrees, ratio] : kMeasured) {
-    const double vt = speed * std::sin(degrees * kDegree);
+    const double vt = speed * std::sin(degrees * kDegToRad);
     const double got = simulated(degrees).tangential / vt;
-    const double slip = 1 - 2 * mu / std::tan(degrees * kDegree);
-    const bool slides = std::tan(degrees * kDegree) > 7 * mu;  // 7/2 mu (1 + e), gross slip
+    const double slip = 1 - 2 * mu / std::tan(degrees * kDegToRad);
+    const bool slides = std::tan(degrees * kDegToRad) > 7 * mu;  // 7/2 mu (1 + e), gross slip
     if (slides) {
       checks.push_back({fmt::format("{} deg: vt'/vt, against gross slip", degrees), got, slip, 3e-3,
                         Bound::relative, "1"});
@@ -265,7 +263,8 @@ std::vector<Check> kharaz() {
   for (const auto& [degrees, spin] : kSpin) {
     const double got = -simulated(degrees).spin;
     checks.push_back({fmt::format("{} deg: spin, against the experiment", degrees), got, spin,
-                      std::tan(degrees * kDegree) > 7 * mu ? 0.15 : 0.4, Bound::relative, "rad/s"});
+                      std::tan(degrees * kDegToRad) > 7 * mu ? 0.15 : 0.4, Bound::relative,
+                      "rad/s"});
   }
   return checks;
 }

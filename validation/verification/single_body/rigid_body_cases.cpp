@@ -11,7 +11,6 @@ std::vector<VerificationCase> rolling_cases();  // rolling_cases.cpp
 
 namespace {
 
-using scenes::kDegree;
 using scenes::kGravity;
 
 // Body axes' spin of a free body: the solver's own turn, taken back.
@@ -124,9 +123,9 @@ std::vector<Check> tumbling() {
 // A body of one effective contact lands on a frictionless plane at 1 m/s without gravity.
 struct Landing {
   std::string name;
-  Vec3 size;
-  Quat turn;
-  Vec3 lowest;  // middle of what touches first, in halves of the core's edges
+  Vec3 size = Vec3::Zero();
+  Quat turn = Quat::Identity();
+  Vec3 lowest = Vec3::Zero();  // middle of what touches first, in halves of the core's edges
 };
 
 // J = m_eff (1 + e) v, 1 / m_eff = 1/m + (r x n) . I^-1 (r x n).
@@ -200,7 +199,7 @@ std::vector<VerificationCase> body_cases() {
        "The step of the drained bed, 2e-5 s. The momentum is kept by construction, the energy to "
        "second order in the angle turned per step.",
        Tier::quick, tumbling},
-      {"body.off_centre", "Cubes and boxes land on a face, an edge or a corner, without friction",
+      {"body.off_center", "Cubes and boxes land on a face, an edge or a corner, without friction",
        "J = m_eff (1 + e') v, 1/m_eff = 1/m + (r x n) I^-1 (r x n); F = v sqrt(m_eff K)",
        "An edge or face is one patch and has the stiffness K once: the force does not grow with "
        "the "

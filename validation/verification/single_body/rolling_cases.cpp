@@ -10,7 +10,6 @@ std::vector<VerificationCase> rolling_cases();
 
 namespace {
 
-using scenes::kDegree;
 using scenes::kGravity;
 
 // A regular prism of 1 kg about the y axis, standing on a face; R to its long edges.
@@ -28,29 +27,29 @@ Shape prism(int sides, double radius, double stiffness, double rounding) {
 // support at tan(angle) = half / height. The plane creeps up to the angle so that the load does not
 // set the body rocking.
 bool tips(const Shape& shape, double half, double height, double off) {
-  const double limit = std::atan2(half, height) / kDegree;
+  const double limit = std::atan2(half, height) / kDegToRad;
   const double start = limit - 1.5, rate = 1;  // deg, deg/s
   const double degrees = limit + off;
   Model model = scenes::empty(scenes::law(2.5, 0.5), scenes::law(2.5, 0.5));
   scenes::add_particles(model, scenes::add_shape(model, shape));
-  const Vec3 normal(std::sin(start * kDegree), 0, std::cos(start * kDegree));
+  const Vec3 normal(std::sin(start * kDegToRad), 0, std::cos(start * kDegToRad));
   const int plane = scenes::add_plane(model, Vec3::Zero(), normal);
   Motion tilt;
   tilt.kind = Motion::Kind::rotation;
   tilt.axis = Vec3::UnitY();
-  tilt.angular_speed = rate * kDegree;
+  tilt.angular_speed = rate * kDegToRad;
   tilt.start = 0.3;
   tilt.stop = tilt.start + (degrees - start) / rate;
   model.boundaries[plane].motions = {tilt};
   model.timestep = 2e-5;
   Solver solver(model);
-  const double dent = kGravity * std::cos(start * kDegree) / shape.stiffness;
+  const double dent = kGravity * std::cos(start * kDegToRad) / shape.stiffness;
   solver.insert(0, (height - dent) * normal, about(Vec3::UnitY(), start), Vec3::Zero(),
                 Vec3::Zero());
   while (solver.time() < tilt.stop + 0.8) {
     scenes::run(solver, 0.01);
     const Vec3 up = solver.shape_orientation(0) * Vec3::UnitZ();
-    if (std::acos(std::clamp(up.z(), -1.0, 1.0)) / kDegree > degrees + 5) return true;
+    if (std::acos(std::clamp(up.z(), -1.0, 1.0)) / kDegToRad > degrees + 5) return true;
   }
   return false;
 }
@@ -76,7 +75,7 @@ std::vector<Check> tipping() {
   }
   std::vector<Check> checks;
   for (const Body& b : bodies) {
-    const double limit = std::atan2(b.half, b.height) / kDegree;
+    const double limit = std::atan2(b.half, b.height) / kDegToRad;
     for (const double off : {-0.15, 0.15}) {
       checks.push_back({fmt::format("{}, {:.2f} deg (limit {:.2f}): goes over (1) or stays (0)",
                                     b.name, limit + off, limit),
@@ -100,7 +99,7 @@ Rocking rock(double lean_share) {
   model.timestep = 1e-6;
   Solver solver(model);
   const double slenderness = std::atan2(0.05, 0.2), lean = lean_share * slenderness;
-  const Quat turn = about(Vec3::UnitY(), lean / kDegree);
+  const Quat turn = about(Vec3::UnitY(), lean / kDegToRad);
   const Vec3 corner = turn * Vec3(0.05 - rounding, 0, -0.2 + rounding);
   solver.insert(0, {0, 0, rounding - corner.z() - kGravity / stiffness}, turn, Vec3::Zero(),
                 Vec3::Zero());
