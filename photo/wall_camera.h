@@ -45,7 +45,7 @@ class WallCamera {
 
  private:
   Lens lens_;
-  Mat3 to_pixel_, to_wall_;  // homogeneous, undistorted pixels
+  Mat3 to_pixel_ = Mat3::Zero(), to_wall_ = Mat3::Zero();  // homogeneous, undistorted pixels
   double residual_ = 0;
 };
 

@@ -222,10 +222,10 @@ struct Case {
   // A particle with a given initial state; its ids come first.
   struct Placed {
     int particle = 0;  // id
-    Vec3 position, velocity, angular_velocity;
-    Quat orientation;        // shape axes -> world
-    double insert_time = 0;  // s; below 0: inserted in an earlier run
-    int batch = -1;          // of its fill or inlet in that run; -1: none
+    Vec3 position = Vec3::Zero(), velocity = Vec3::Zero(), angular_velocity = Vec3::Zero();
+    Quat orientation = Quat::Identity();  // shape axes -> world
+    double insert_time = 0;               // s; below 0: inserted in an earlier run
+    int batch = -1;                       // of its fill or inlet in that run; -1: none
   };
   std::vector<Placed> placed;            // [initial_state], then [[particles]]
   std::vector<FrameStart> frame_starts;  // of [initial_state], parents first

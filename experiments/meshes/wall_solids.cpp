@@ -71,7 +71,7 @@ std::map<Edge, int> owners(const TriangleMesh& mesh) {
 
 // A plane polygon of the surface: triangles of one plane whose union is convex.
 struct Facet {
-  Vec3 normal;  // unit
+  Vec3 normal = Vec3::Zero();  // unit
   double offset = 0;
   std::vector<int> triangles;
 };
@@ -161,7 +161,7 @@ class FacetMaker {
   }
 
   struct Plane {
-    Vec3 normal;  // unit
+    Vec3 normal = Vec3::Zero();  // unit
     double offset = 0;
     double height(const Vec3& x) const { return std::abs(normal.dot(x) - offset); }
   };

@@ -20,8 +20,8 @@ constexpr double kMiddle = 0.5;      // of the radius: ends of the surface, wher
 
 // The bed across the axis of the drum: u to one side, v up, m from the axis.
 struct Section {
-  Vec3 across;
-  Vec3 origin;
+  Vec3 across = Vec3::Zero();
+  Vec3 origin = Vec3::Zero();
   double radius = 0;  // m, inner
   double width = 0;   // m, of a column: the particles' size
 

@@ -228,7 +228,7 @@ class ContactScene {
   const ContactSelection& choice_;
   const ContactSnapshot& now_;
   int main_ = 0;
-  Vec3 center_;
+  Vec3 center_ = Vec3::Zero();
   double size_ = 0;                // m
   double longest_ = 0, most_ = 0;  // N, at one point; the weight included
   std::set<int> shown_;

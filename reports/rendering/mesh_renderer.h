@@ -57,7 +57,7 @@ struct RenderedBody {
 };
 
 struct RenderedLine {
-  Vec3 from, to;  // m, world
+  Vec3 from = Vec3::Zero(), to = Vec3::Zero();  // m, world
   Color color;
   double width = 0;  // of the picture's width
 };

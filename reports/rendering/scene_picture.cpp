@@ -141,7 +141,7 @@ constexpr PanelMargins kPanelMargins = {
 // A view along an axis, and the axes that run right and up in it.
 struct Panel {
   const char* title;
-  Vec3 direction, up;
+  Vec3 direction = Vec3::Zero(), up = Vec3::Zero();
   int right_axis, up_axis;
   bool cut;  // through the middle, what is nearer left out
 };

@@ -12,7 +12,7 @@ using Quadric = Eigen::Matrix4d;
 
 // Squared distance (m^2) from the plane through `point`, times `weight`.
 Quadric plane_quadric(const Vec3& normal, const Vec3& point, double weight) {
-  Eigen::Vector4d p;
+  Eigen::Vector4d p = Eigen::Vector4d::Zero();
   p << normal, -normal.dot(point);
   return weight * p * p.transpose();
 }

@@ -18,8 +18,8 @@ struct GjkCache {
 };
 
 struct ManifoldPoint {
-  Vec3 position;      // m, A's axes; midway between the two swept surfaces
-  double gap = 0;     // m, along the manifold's normal; negative: overlap
+  Vec3 position = Vec3::Zero();  // m, A's axes; midway between the two swept surfaces
+  double gap = 0;                // m, along the manifold's normal; negative: overlap
   double weight = 0;  // m^2, share of the contact area: linear functions integrate exactly
 };
 

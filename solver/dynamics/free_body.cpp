@@ -21,10 +21,10 @@ constexpr int kMostRepetitions = 60;
 // What unit rates do to the center of mass, and the inertia against them. Turning freely counts
 // along the parent's axes.
 struct Axes {
-  Columns velocity, spin;  // m/s and rad/s for each rate
-  Mat3 inertia;            // kg m^2, world axes
-  Vec3 arm;                // m, from the body's origin to its center of mass
-  Matrix mass;             // kg, kg m, kg m^2
+  Columns velocity, spin;       // m/s and rad/s for each rate
+  Mat3 inertia = Mat3::Zero();  // kg m^2, world axes
+  Vec3 arm = Vec3::Zero();      // m, from the body's origin to its center of mass
+  Matrix mass;                  // kg, kg m, kg m^2
 
   Axes(const FreeBody& body, const Vec3& origin, const Mat3& parent, const Mat3& rotation)
       : inertia(rotation * body.inertia * rotation.transpose()),

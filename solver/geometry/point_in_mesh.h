@@ -21,8 +21,8 @@ class PointInMesh {
 
   int column(const Vec3& p, int axis) const;
 
-  Mat3 axes_;  // columns; the ray is along the last one
-  Vec3 low_;
+  Mat3 axes_ = Mat3::Zero();  // columns; the ray is along the last one
+  Vec3 low_ = Vec3::Zero();
   double cell_ = 1;  // m
   std::vector<Triangle> triangles_;
   std::vector<std::vector<int>> cells_;  // triangles that project to each cell of a square grid

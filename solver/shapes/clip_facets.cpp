@@ -9,7 +9,7 @@ namespace firn {
 namespace {
 
 struct Segment {
-  Vec3 a, b;
+  Vec3 a = Vec3::Zero(), b = Vec3::Zero();
 };
 // Where the boundary of a side meets the plane of the cut. Segments of the cap of an earlier cut
 // are collinear, and most of them cancel.

@@ -17,9 +17,9 @@ namespace firn {
 struct CutSettings {
   const PointInMesh& interior;  // of the solid
   DecomposeOptions options;
-  double size;  // m, diagonal of the bounding box of the solid
-  double snap;  // m, points as close to a plane count as on it
-  Vec3 origin;  // m, center of the bounding box
+  double size;                 // m, diagonal of the bounding box of the solid
+  double snap;                 // m, points as close to a plane count as on it
+  Vec3 origin = Vec3::Zero();  // m, center of the bounding box
 };
 
 struct CutPiece {

@@ -12,7 +12,7 @@ namespace firn {
 // A triangle of the boundary of a piece. Corners are counter-clockwise seen from outside.
 struct Facet {
   std::array<Vec3, 3> corners;  // m
-  Vec3 normal;                  // unit, outward
+  Vec3 normal = Vec3::Zero();   // unit, outward
   bool cap = false;             // on a cut, not on the surface of the solid
 };
 
@@ -31,8 +31,8 @@ std::vector<Facet> simplify_facets(const std::vector<Facet>& facets, std::size_t
 
 // An edge at which the surface is concave.
 struct ReflexEdge {
-  Vec3 a, b;    // m, ends
-  Vec3 n1, n2;  // normals of its two facets
+  Vec3 a = Vec3::Zero(), b = Vec3::Zero();    // m, ends
+  Vec3 n1 = Vec3::Zero(), n2 = Vec3::Zero();  // normals of its two facets
 };
 
 // Edges at which the angle between the facets has a sine of more than 0.1. Edges of at most a

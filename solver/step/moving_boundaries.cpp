@@ -11,8 +11,8 @@ namespace firn {
 namespace {
 
 struct Place {
-  Vec3 position;
-  Quat orientation;
+  Vec3 position = Vec3::Zero();
+  Quat orientation = Quat::Identity();
   Vec3 turned = Vec3::Zero();  // rad, rotation vector of the step
 };
 

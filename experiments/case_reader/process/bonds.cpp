@@ -89,7 +89,8 @@ std::vector<Couple> read_couples(const TomlTable& t, const Case& c) {
 // A bond before it is made: about a place, along an axis from the first body to the second.
 struct PlannedBond {
   Couple bodies;
-  Vec3 middle, axis, up;  // m, world; directions of any length
+  Vec3 middle = Vec3::Zero(), axis = Vec3::Zero(),
+       up = Vec3::Zero();  // m, world; directions of any length
 };
 
 // m, from a point in body axes to the surface; 0 within.

@@ -24,8 +24,8 @@ std::vector<int> first_inlet_particles(const Case& c);
 
 // Initial pose of a particle of an inlet.
 struct InletPose {
-  Vec3 position;     // m, center of mass, world
-  Quat orientation;  // shape axes -> world
+  Vec3 position = Vec3::Zero();         // m, center of mass, world
+  Quat orientation = Quat::Identity();  // shape axes -> world
 };
 // `place`: index into Inlet::positions; `particle`: id. Jitter is drawn from a separate random
 // stream for each particle.

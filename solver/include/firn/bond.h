@@ -48,8 +48,8 @@ struct Bond {
 
 // Pose and velocity of a body, world axes; body axes are the principal ones.
 struct BodyInMotion {
-  Vec3 position, velocity, spin;  // m, m/s, rad/s
-  Quat orientation;               // body axes -> world
+  Vec3 position = Vec3::Zero(), velocity = Vec3::Zero(), spin = Vec3::Zero();  // m, m/s, rad/s
+  Quat orientation = Quat::Identity();                                         // body axes -> world
 };
 
 // A bond between two bodies that is free of stress in their current poses. The beam has its center

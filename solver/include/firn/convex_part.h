@@ -13,8 +13,8 @@ namespace firn {
 
 // n . x <= offset. internal: a face to a neighboring piece, not a surface.
 struct HalfSpace {
-  Vec3 normal;        // unit, outward
-  double offset = 0;  // m
+  Vec3 normal = Vec3::Zero();  // unit, outward
+  double offset = 0;           // m
   bool internal = false;
 };
 
@@ -23,9 +23,9 @@ inline constexpr std::size_t kMaxSeams = 64;
 
 struct ConvexPart {
   struct Face {
-    Vec3 normal;        // unit, outward
-    double offset = 0;  // m: n . x of the core's face
-    int first = 0;      // loop of core vertices: loops[first .. first + count), counter-clockwise
+    Vec3 normal = Vec3::Zero();  // unit, outward
+    double offset = 0;           // m: n . x of the core's face
+    int first = 0;  // loop of core vertices: loops[first .. first + count), counter-clockwise
     int count = 0;
     bool internal = false;
   };

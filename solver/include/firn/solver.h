@@ -65,7 +65,8 @@ inline std::shared_ptr<const Model> unowned(const Model& model) {
 class Solver {
  public:
   struct Load {
-    Vec3 force, moment;  // N, N m about the center of mass (frames: the origin), world
+    Vec3 force = Vec3::Zero(),
+         moment = Vec3::Zero();  // N, N m about the center of mass (frames: the origin), world
   };
 
   // Stores a copy of the model. Initially all particles are pending and all boundaries are present.
