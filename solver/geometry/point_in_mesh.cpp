@@ -32,7 +32,7 @@ PointInMesh::PointInMesh(const TriangleMesh& mesh) {
     triangles_.push_back(triangle);
   }
   cell_ = 1.0001 * (high - low_).head<2>().maxCoeff() / kCells;
-  cells_.resize(kCells * kCells);
+  cells_.resize(static_cast<std::size_t>(kCells) * kCells);
   for (std::size_t i = 0; i < triangles_.size(); ++i) {
     const auto& t = triangles_[i];
     const Vec3 least = t[0].cwiseMin(t[1]).cwiseMin(t[2]);

@@ -65,6 +65,7 @@ TEST(SourceTree, EverySourceIsCompiled) {
       compiled.insert(fs::weakly_canonical((*one)[1].str()));
   }
   std::vector<fs::path> folders;
+  folders.reserve(libraries.size());
   for (const std::string& library : libraries) folders.push_back(source_dir / library);
   for (const char* area : {"solver", "experiments", "calibrate", "photo", "validation", "reports",
                            "app", "calibration_proof"})
