@@ -96,7 +96,7 @@ std::vector<Check> janssen_case() {
   for (const double friction : {0.25, 0.5}) {
     std::vector<std::vector<Loads>> runs;
     double unbalanced = 0;
-    std::vector<double> mobilised, deep, deeper;
+    std::vector<double> mobilized, deep, deeper;
     for (std::uint64_t seed = 1; seed <= 6; ++seed) {
       runs.push_back(janssen_loads(friction, seed));
       for (const Loads& l : runs.back()) {
@@ -104,7 +104,7 @@ std::vector<Check> janssen_case() {
                               std::abs(l.floor + l.wall_lift - l.weight - l.momentum) / l.weight);
       }
       const std::vector<Loads>& r = runs.back();
-      mobilised.push_back(r.back().wall_lift / r.back().wall_push);
+      mobilized.push_back(r.back().wall_lift / r.back().wall_push);
       deep.push_back(0.5 * (r[r.size() - 4].floor + r[r.size() - 3].floor));
       deeper.push_back(0.5 * (r[r.size() - 2].floor + r[r.size() - 1].floor));
     }
@@ -126,12 +126,14 @@ std::vector<Check> janssen_case() {
                       .measured = unbalanced,
                       .expected = 1e-3,
                       .bound = Bound::at_most});
+    // Dice on walls rougher than themselves may also slide on the next layer.
+    const double used_up = friction > Dice{}.friction ? 0.9 : 0.95;
     checks.push_back({.what = at + "friction on the walls / push on them",
-                      .measured = sample(mobilised).mean,
-                      .expected = 0.95 * friction,
+                      .measured = sample(mobilized).mean,
+                      .expected = used_up * friction,
                       .bound = Bound::at_least});
     checks.push_back({.what = at + "the same, no more than Coulomb's",
-                      .measured = *std::max_element(mobilised.begin(), mobilised.end()),
+                      .measured = *std::max_element(mobilized.begin(), mobilized.end()),
                       .expected = friction * (1 + 1e-6),
                       .bound = Bound::at_most});
     checks.push_back(
