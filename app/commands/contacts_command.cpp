@@ -343,7 +343,7 @@ void add_contacts_command(CLI::App& app, int& status) {
                    "points for ParaView; else a folder for all")
       ->type_name("PATH");
   command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
-  command->add_flag("-q,--quiet", a->quiet, "Print results and errors only");
+  command->add_flag("-q,--quiet", a->quiet, "Print results, warnings and errors only");
   command->callback([a, &status] { status = audit(*a); });
 }
 

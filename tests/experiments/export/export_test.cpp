@@ -18,7 +18,8 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-// A cube of 0.1 m that falls from 1 m (center) for 0.1 s beside a moving panel, over a plane.
+// A cube of 0.1 m whose center falls from 1 m for 0.1 s. A panel moves next to it; below is a
+// plane.
 constexpr const char* kFall = R"(
 [case]
 name = "fall"
