@@ -16,12 +16,23 @@ using namespace scenes;
 // used up everywhere. Loads at growing fillings.
 struct Loads {
   double weight = 0, floor = 0, wall_lift = 0, wall_push = 0;  // N, means over a window
-  double momentum = 0;                                         // N, its growth over the window
+  double face_lift = 0, face_push = 0;  // N, of wall contacts of three and more points, sums
+  double momentum = 0;                  // N, its growth over the window
 };
+
+// Adds the wall contacts on a face, which cannot roll.
+void add_face_contacts(const Solver& solver, int first_wall, Loads& sum) {
+  for (const Contact& c : solver.contacts()) {
+    const auto bears = [](const ContactPointInfo& point) { return point.force > 0; };
+    if (c.b < first_wall || std::ranges::count_if(c.points, bears) < 3) continue;
+    sum.face_lift += c.friction.z();
+    sum.face_push += c.normal_force;
+  }
+}
 
 std::vector<Loads> janssen_loads(double wall_friction, std::uint64_t seed) {
   constexpr double kWide = 6 * kDie, kCreep = 0.02, kWindow = 0.1;  // m, m/s, s
-  constexpr int kStep = 70, kFillings = 8;
+  constexpr int kStep = 70, kFillings = 8, kSamples = 100;
   Dice dice;
   dice.wall_friction = wall_friction;
   Model model = dice_model(dice);
@@ -50,17 +61,21 @@ std::vector<Loads> janssen_loads(double wall_friction, std::uint64_t seed) {
       for (const Vec3& v : solver.particles().velocity) sum += die_mass(dice) * v.z();
       return sum;
     };
-    const double before = momentum();
+    const double before = momentum(), start = solver.time();
     solver.clear_boundary_loads();
-    run(solver, kWindow);
     Loads l;
+    for (int part = 1; part <= kSamples; ++part) {
+      run(solver, kWindow / kSamples);
+      if (k == kFillings - 1) add_face_contacts(solver, kStep * kFillings + 1, l);
+    }
+    const double window = solver.time() - start;  // each part ends at a whole step
     l.weight = (k + 1) * kStep * die_mass(dice) * kGravity;
-    l.momentum = (momentum() - before) / kWindow;
+    l.momentum = (momentum() - before) / window;
     const auto& walls = solver.boundaries();
-    l.floor = -walls[0].impulse.z() / kWindow;
+    l.floor = -walls[0].impulse.z() / window;
     for (std::size_t b = 1; b < walls.size(); ++b) {
-      l.wall_lift -= walls[b].impulse.z() / kWindow;
-      l.wall_push += std::abs(walls[b].impulse.dot(walls[b].orientation * Vec3::UnitZ())) / kWindow;
+      l.wall_lift -= walls[b].impulse.z() / window;
+      l.wall_push += std::abs(walls[b].impulse.dot(walls[b].orientation * Vec3::UnitZ())) / window;
     }
     loads.push_back(l);
   }
@@ -93,9 +108,10 @@ std::vector<Check> janssen_case() {
   std::vector<Check> checks;
   std::vector<double> pressure_ratio;
   double saturation_of_weight = 0;
-  for (const double friction : {0.25, 0.5}) {
+  // Rough walls roll some of the dice along (see the remark), and S is judged to 10 %.
+  for (const auto& [friction, used_up] : {std::pair{0.25, 0.95}, std::pair{0.5, 0.9}}) {
     std::vector<std::vector<Loads>> runs;
-    double unbalanced = 0;
+    double unbalanced = 0, face_lift = 0, face_push = 0;
     std::vector<double> mobilized, deep, deeper;
     for (std::uint64_t seed = 1; seed <= 6; ++seed) {
       runs.push_back(janssen_loads(friction, seed));
@@ -105,6 +121,8 @@ std::vector<Check> janssen_case() {
       }
       const std::vector<Loads>& r = runs.back();
       mobilized.push_back(r.back().wall_lift / r.back().wall_push);
+      face_lift += r.back().face_lift;
+      face_push += r.back().face_push;
       deep.push_back(0.5 * (r[r.size() - 4].floor + r[r.size() - 3].floor));
       deeper.push_back(0.5 * (r[r.size() - 2].floor + r[r.size() - 1].floor));
     }
@@ -119,18 +137,23 @@ std::vector<Check> janssen_case() {
     const double misfit = std::sqrt(square / static_cast<double>(runs[0].size()));
     const double weight = runs[0].back().weight;
     saturation_of_weight = s / weight;
-    // S = (rho g A) (D / 4) / (mu K); rho g A = weight / height, height from the bulk fraction.
+    // S = (rho g A) (D / 4) / (mu K) with the friction measured on the walls for mu; rho g A =
+    // weight / height, height from the bulk fraction.
     const double line_weight = 0.58 * 1000 * kGravity * std::pow(6 * kDie, 2);
-    pressure_ratio.push_back(line_weight * 6 * kDie / 4 / (friction * s));
+    pressure_ratio.push_back(line_weight * 6 * kDie / 4 / (sample(mobilized).mean * s));
     checks.push_back({.what = at + "floor + walls minus weight and momentum, largest difference",
                       .measured = unbalanced,
                       .expected = 1e-3,
                       .bound = Bound::at_most});
     checks.push_back({.what = at + "friction on the walls / push on them",
                       .measured = sample(mobilized).mean,
-                      .expected = 0.95 * friction,
+                      .expected = used_up * friction,
                       .bound = Bound::at_least});
-    checks.push_back({.what = at + "the same, no more than Coulomb's",
+    checks.push_back({.what = at + "the same on faces of dice, which do not roll",
+                      .measured = face_lift / face_push,
+                      .expected = 0.98 * friction,
+                      .bound = Bound::at_least});
+    checks.push_back({.what = at + "largest of a seed, no more than Coulomb's",
                       .measured = *std::max_element(mobilized.begin(), mobilized.end()),
                       .expected = friction * (1 + 1e-6),
                       .bound = Bound::at_most});
@@ -175,18 +198,19 @@ std::vector<VerificationCase> silo_cases() {
                     "equilibrium of the column",
        .remark =
            "560 dodecahedra, friction 0.4, in eight fillings; square section of 6 diameters. The "
-           "walls creep upwards at 2 cm/s, so that friction on them is used up everywhere, as the "
-           "formula assumes (after Bertho et al. 2003); 6 seeds at each of two wall frictions. S "
-           "is "
-           "the one number fitted. Floor + walls = weight + momentum holds to the step at which "
+           "walls creep upwards at 2 cm/s, so that friction on them is used up, as the formula "
+           "assumes (after Bertho et al. 2003); 6 seeds at each of two wall frictions. Rough walls "
+           "roll dice along on their corners and edges: there friction points sideways or stays "
+           "below its limit, on faces it does not. With dice that cannot turn (inertia times 1e7) "
+           "no contact sticks and friction points up within 0.1 %; what is then missing, 1 to 2.5 "
+           "%, is the stretch of friction springs behind a growing push. S is the one number "
+           "fitted. Floor + walls = weight + momentum holds to the step at which "
            "the sums begin and end, 1e-3. Janssen takes K for a constant over the section and "
-           "the height: 10 % of S about the curve, for the mean over the seeds. K must "
-           "lie between the active and the "
+           "the height: 10 % of S about the curve, for the mean over the seeds. K is that of the "
+           "friction measured on the walls. It must lie between the active and the "
            "isotropic state; with wall friction it grows, by Mohr's circle 1 to 1.5 times "
            "between the two walls at internal frictions above 28 degrees. rho from a bulk fraction "
-           "of 0.58 (bulk.dice), which cancels in the ratio. That K grows was measured before it "
-           "was explained, 1.30, 1.16 and 1.18 with three seeds and separate roundings, 1.21 "
-           "with six: it does not distinguish a constant K from Mohr's. 80 s of one core.",
+           "of 0.58 (bulk.dice), which cancels in the ratio. 80 s of one core.",
        .tier = Tier::full,
        .run = janssen_case}};
 }
