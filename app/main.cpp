@@ -128,6 +128,7 @@ int main_program(int argc, char** argv) {
   add_export_command(app, status);
   add_view_command(app, status);
   add_sweep_command(app, status);
+  add_optimize_command(app, status);
   add_validate_command(app, status);
   add_report_command(app, status);
   add_verify_command(app, status);

@@ -14,6 +14,7 @@ void add_slurm_task_command(CLI::App& app, int& status);
 void add_shape_command(CLI::App& app, int& status);
 void add_export_command(CLI::App& app, int& status);
 void add_report_command(CLI::App& app, int& status);
+void add_optimize_command(CLI::App& app, int& status);
 void add_sweep_command(CLI::App& app, int& status);
 void add_validate_command(CLI::App& app, int& status);
 void add_verify_command(CLI::App& app, int& status);

@@ -44,12 +44,14 @@ int make_report(const ReportArguments& a) {
 
 void add_report_command(CLI::App& app, int& status) {
   auto a = std::make_shared<ReportArguments>();
-  CLI::App* command = app.add_subcommand("report",
-                                         "One HTML page that stands alone, from the results of a "
-                                         "run (with a replay), a study, a validation or a sweep");
+  CLI::App* command =
+      app.add_subcommand("report",
+                         "One HTML page that stands alone, from the results of a "
+                         "run (with a replay), a study, validation, sweep or optimization");
   command
-      ->add_option("PATH", a->path,
-                   "Results file of firn run, or the folder of a study, a validation or a sweep")
+      ->add_option(
+          "PATH", a->path,
+          "Results file of firn run, or the folder of a study, validation, sweep or optimization")
       ->required()
       ->type_name("");
   command

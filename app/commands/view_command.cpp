@@ -1,4 +1,5 @@
-// firn view: a page in the browser that follows a case, a run, a study, a validation or a sweep.
+// firn view: a page in the browser that follows a case, a run, a study, validation, sweep or
+// optimization.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>
@@ -151,7 +152,7 @@ struct PageSource {
   std::function<bool()> at_work = [] { return false; };
   Clock::duration pause = {};  // between two pages, at least
 };
-// A study, a validation or a sweep: in progress, or its results.
+// A study, validation, sweep or optimization: in progress, or its results.
 PageSource folder_source(const std::string& folder) {
   constexpr auto kPause = std::chrono::seconds(2);
   const fs::path path(folder);
@@ -186,8 +187,8 @@ PageSource source_of(const ViewArguments& a) {
   std::error_code unreadable;
   if (!fs::exists(path, unreadable))
     throw InputError(a.path +
-                     ": does not exist; expected CASE.toml, RUN.h5, or the folder of a study, a "
-                     "validation or a sweep");
+                     ": does not exist; expected CASE.toml, RUN.h5, or the folder of a study, "
+                     "validation, sweep or optimization");
   std::vector<std::string> files = {a.path};
   if (path.extension() == ".h5") {
     files.push_back(saved_copy(a.path));
@@ -244,13 +245,14 @@ int view(const ViewArguments& a) {
 
 void add_view_command(CLI::App& app, int& status) {
   auto a = std::make_shared<ViewArguments>();
-  CLI::App* command = app.add_subcommand("view",
-                                         "Show a case, a run, a study, a validation or a sweep in "
-                                         "the browser, and follow its changes");
+  CLI::App* command =
+      app.add_subcommand("view",
+                         "Show a case, a run, a study, validation, sweep or optimization in "
+                         "the browser, and follow its changes");
   command
       ->add_option("PATH", a->path,
-                   "CASE.toml, RUN.h5 (also while it is written), or the folder of a study, a "
-                   "validation or a sweep")
+                   "CASE.toml, RUN.h5 (also while it is written), or the folder of a study, "
+                   "validation, sweep or optimization")
       ->required()
       ->type_name("");
   command

@@ -49,16 +49,16 @@ void add_batch_options(CLI::App& command, BatchArguments& a, const std::string& 
                   "Who simulates: this machine, or the cluster it belongs to")
       ->check(CLI::IsMember({"local", "slurm"}))
       ->capture_default_str();
-  CLI::Option* store =
-      command
-          .add_option("--cache", a.store,
-                      "Outcomes shared with other studies, validations and sweeps; by default "
-                      "store.db in the parent folder")
-          ->type_name("FILE");
+  CLI::Option* store = command
+                           .add_option("--cache", a.store,
+                                       "Outcomes shared with other studies, validations, sweeps "
+                                       "and optimizations; by default "
+                                       "store.db in the parent folder")
+                           ->type_name("FILE");
   command.add_flag("--no-cache", a.no_store, "Share no outcomes with others")->excludes(store);
   command.add_flag("--resume", a.resume,
-                   "Fail when the folder does not hold this " + what + ". Without it a " + what +
-                       " also resumes when its folder has finished runs");
+                   "Fail when the folder does not hold this " + what +
+                       ". Without it, finished runs in the folder are also taken");
   command
       .add_option("--progress", a.progress,
                   "On standard error: text with a bar, a JSON object a line for each event, or "

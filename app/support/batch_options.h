@@ -1,4 +1,5 @@
-// Options that commands share which carry out many runs: calibrate, validate, sweep.
+// Options that commands share which carry out many runs: calibrate, validate, sweep,
+// optimize.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -9,6 +9,7 @@
 #include "experiments/text/json_fields.h"
 #include "firn/math.h"
 #include "reports/documents/batch_page.h"
+#include "reports/documents/optimization_page.h"
 #include "reports/documents/run_page.h"
 #include "reports/documents/study_page.h"
 #include "reports/documents/sweep_page.h"
@@ -41,13 +42,15 @@ page::Page report_page(const std::string& path, const ValidationPageOptions& opt
     if (const auto state = read_batch_state(path)) return batch_page(*state, folder_name(path));
   }
   if (!ended)
-    throw InputError(fmt::format(
-        "{}: does not exist; expected RUN.h5, the folder of a study, a validation or a sweep, "
-        "or its results.json",
-        source.string()));
-  const std::string kind = results_kind(
-      read_results_json(source.string(), "the results.json of a study, a validation or a sweep"));
+    throw InputError(
+        fmt::format("{}: does not exist; expected RUN.h5, the folder of a study, validation, sweep "
+                    "or optimization, "
+                    "or its results.json",
+                    source.string()));
+  const std::string kind = results_kind(read_results_json(
+      source.string(), "the results.json of a study, validation, sweep or optimization"));
   if (kind == "sweep") return sweep_page(source.string());
+  if (kind == "optimization") return optimization_page(source.string());
   return kind == "study" ? study_page(source.string()) : validation_page(source.string(), options);
 }
 

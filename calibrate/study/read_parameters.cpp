@@ -432,4 +432,26 @@ void read_constraints(const TomlTable& root, Study& study) {
                             100 * study.constraints.share, 100 * least_share));
 }
 
+void read_compare(const TomlTable& root, Study& study) {
+  for (const TomlTable& t : root.tables("compare")) {
+    t.allow({"name", "values"});
+    if (study.choice)
+      t.fail("values", "stands in a study of a parameter with choices; expected no [[compare]]");
+    CompareSet set;
+    set.name = t.string("name");
+    const TomlTable values = t.required_table("values");
+    for (const std::string& key : values.keys())
+      if (std::none_of(study.parameters.begin(), study.parameters.end(),
+                       [&](const Parameter& p) { return p.name == key; }))
+        values.fail(key, "is not a parameter of this study; expected the name of one");
+    for (const Parameter& p : study.parameters) {
+      const StatedQuantity q = read_stated_quantity(values, p.name);
+      if (q.unit != p.unit)
+        values.fail(p.name, fmt::format("has the unit \"{}\"; expected \"{}\"", q.unit, p.unit));
+      set.values.push_back(q.value);
+    }
+    study.compare.push_back(set);
+  }
+}
+
 }  // namespace firn

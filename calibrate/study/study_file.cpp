@@ -31,15 +31,6 @@ std::vector<Override> read_program_inputs(const TomlTable& t) {
   return set;
 }
 
-std::string case_path(const TomlTable& t, const std::string& study_file) {
-  const auto file = std::filesystem::path(study_file).parent_path() / t.string("case");
-  std::error_code unreadable;  // as a name that is too long
-  if (!std::filesystem::exists(file, unreadable))
-    t.fail("case", fmt::format("{} does not exist; expected a case file, relative to the study",
-                               file.string()));
-  return file.lexically_normal().string();
-}
-
 // Which of the parameters an experiment's case is given: those named, or all.
 void read_takes(const TomlTable& t, const Study& study, Experiment& e) {
   std::vector<bool> takes(study.parameters.size(), !t.has("parameters"));
@@ -84,7 +75,7 @@ Experiment read_experiment(const TomlTable& t, const Study& study, Programs prog
     e.program = read_user_program(t, study.source, programs);
   } else {
     t.allow({"name", "case", "set", "parameters"});
-    e.case_file = case_path(t, study.source);
+    e.case_file = case_path(t, study.source, "study");
   }
   if (t.has("set")) e.set = e.program ? read_program_inputs(t) : read_case_overrides(t);
   read_takes(t, study, e);
@@ -109,8 +100,10 @@ void read_experiments(const TomlTable& root, const TomlTable& head, Study& study
   }
   const std::vector<TomlTable> tables = root.tables("experiments");
   if (tables.empty()) {
-    study.experiments.push_back(
-        {"", case_path(head, study.source), {}, std::vector<bool>(study.parameters.size(), true)});
+    study.experiments.push_back({"",
+                                 case_path(head, study.source, "study"),
+                                 {},
+                                 std::vector<bool>(study.parameters.size(), true)});
     return;
   }
   if (head.has("case"))
@@ -415,28 +408,6 @@ void read_direct(const TomlTable& root, Study& study) {
     t.fail("search", "takes no curves as targets; expected targets with a value");
   if (!study.constraints.all.empty() || !study.priors.empty())
     t.fail("search", "takes neither [[priors]] nor [[constraints]]; expected a study without them");
-}
-
-void read_compare(const TomlTable& root, Study& study) {
-  for (const TomlTable& t : root.tables("compare")) {
-    t.allow({"name", "values"});
-    if (study.choice)
-      t.fail("values", "stands in a study of a parameter with choices; expected no [[compare]]");
-    CompareSet set;
-    set.name = t.string("name");
-    const TomlTable values = t.required_table("values");
-    for (const std::string& key : values.keys())
-      if (std::none_of(study.parameters.begin(), study.parameters.end(),
-                       [&](const Parameter& p) { return p.name == key; }))
-        values.fail(key, "is not a parameter of this study; expected the name of one");
-    for (const Parameter& p : study.parameters) {
-      const StatedQuantity q = read_stated_quantity(values, p.name);
-      if (q.unit != p.unit)
-        values.fail(p.name, fmt::format("has the unit \"{}\"; expected \"{}\"", q.unit, p.unit));
-      set.values.push_back(q.value);
-    }
-    study.compare.push_back(set);
-  }
 }
 
 Study read_text(const std::string& text, const std::string& source, Simulates simulates,

@@ -134,6 +134,8 @@ struct Study {
   std::vector<CompareSet> compare;
   std::vector<NumericsCheck> numerics;
   Execution execution;
+  // A material record of whose family the run of seed k uses draw k; empty: none.
+  std::string drawn_material;
 
   int largest_total() const;  // simulations at most
   // How many choices it is carried out for.

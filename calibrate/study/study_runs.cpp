@@ -123,6 +123,15 @@ std::map<std::string, std::string> placeholders_of(const Study& study, const Exp
   return texts;
 }
 
+namespace {
+
+MaterialRequest material_of(const Study& study, std::uint64_t seed) {
+  if (study.drawn_material.empty()) return {};
+  return {{fmt::format("{}#{}", study.drawn_material, seed)}, ""};
+}
+
+}  // namespace
+
 std::string StudyRuns::describe(const Point& point) const {
   std::vector<std::string> parts;
   for (std::size_t i = 0; i < study_.parameters.size(); ++i) {
@@ -209,7 +218,7 @@ BatchRun StudyRuns::batch_run(const Point& point, std::size_t e, std::uint64_t s
                 folder_, label)
           : batch_.make(experiment.case_file,
                         overrides_of(study_, experiment, point.values, seed, point.set), folder_,
-                        label);
+                        label, material_of(study_, seed));
   run.job.threads = study_.threads;
   run.job.limits = study_.execution.limits;
   return run;

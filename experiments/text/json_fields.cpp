@@ -85,7 +85,8 @@ FieldJson read_results_json(const std::string& file, const std::string& what) {
 std::string results_kind(const FieldJson& document) {
   if (!document.is_object()) return "";
   const FieldJson kind = document.value("kind", FieldJson());
-  if (kind == "sweep" || kind == "validation") return kind.get<std::string>();
+  if (kind == "sweep" || kind == "validation" || kind == "optimization")
+    return kind.get<std::string>();
   return document.contains("study") ? "study" : "";
 }
 

@@ -134,7 +134,7 @@ class JsonFieldReader {
   }
   template <class T>
   void optional(const char* key, std::optional<T>& value) {
-    if (object_.contains(key)) required(key, value.emplace());
+    if (object_.contains(key)) required(key, value.emplace(T()));
   }
 
   // NaN for null. Numbers up to 1e100, so that products of several stay finite.
@@ -202,7 +202,7 @@ std::string json_text(T document, int indent) {
 // be goes into the message where it cannot be read.
 nlohmann::ordered_json read_results_json(const std::string& file, const std::string& what);
 
-// "sweep", "validation" or "study"; empty for a document of no such kind.
+// "sweep", "validation", "optimization" or "study"; empty for a document of no such kind.
 std::string results_kind(const nlohmann::ordered_json& document);
 
 // Reads a results.json of the given kind. `command`: the command that writes it, for the message.

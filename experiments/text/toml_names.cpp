@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 
 #include "experiments/text/response_aliases.h"
 
@@ -61,6 +62,15 @@ std::string path_name(const TomlTable& table) {
                                    "not \".\" or \"..\", no \"-\" at its start",
                                    name));
   return name;
+}
+
+std::string case_path(const TomlTable& table, const std::string& file, std::string_view whole) {
+  const auto found = std::filesystem::path(file).parent_path() / table.string("case");
+  std::error_code unreadable;  // as a name that is too long
+  if (!std::filesystem::exists(found, unreadable))
+    table.fail("case", fmt::format("{} does not exist; expected a case file, relative to the {}",
+                                   found.string(), whole));
+  return found.lexically_normal().string();
 }
 
 }  // namespace firn

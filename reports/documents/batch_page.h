@@ -1,5 +1,5 @@
-// The page of a study, a validation or a sweep that has not ended: progress, responses of the
-// finished runs, and the best parameters of a study so far.
+// The page of a study, validation, sweep or optimization that has not ended: progress, responses of
+// the finished runs, and the best parameters of a study so far.
 #pragma once
 
 #include <string>

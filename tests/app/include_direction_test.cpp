@@ -66,6 +66,7 @@ const std::vector<std::pair<std::string, std::set<std::string>>> folders = {
     {"calibrate/inference", {"calibrate/study"}},
     {"calibrate/output", {"calibrate/inference"}},
     {"calibrate", {"calibrate/output"}},
+    {"calibrate/optimization", {"calibrate/output"}},
 
     {"photo", {"experiments/responses", "experiments/text"}},
 
@@ -87,14 +88,14 @@ const std::vector<std::pair<std::string, std::set<std::string>>> folders = {
     {"reports/rendering", {"experiments/inspection", "experiments/responses", "experiments/run"}},
     {"reports/replay", {"reports/html", "reports/rendering"}},
     {"reports/documents",
-     {"calibrate/output", "experiments/batch/sweep", "reports/plots", "reports/replay",
+     {"calibrate/optimization", "experiments/batch/sweep", "reports/plots", "reports/replay",
       "validation", "validation/verification"}},
 
     {"app/support", {"experiments/batch", "experiments/material_records", "reports/documents"}},
     {"app/output", {"app/support"}},
     {"app/commands",
-     {"app/output", "calibrate", "experiments/batch/sweep", "experiments/export", "photo",
-      "validation"}},
+     {"app/output", "calibrate", "calibrate/optimization", "experiments/batch/sweep",
+      "experiments/export", "photo", "validation"}},
     {"app", {"app/commands"}},
 
     // The public library: its headers need those of the solver alone.

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <charconv>
-#include <filesystem>
 
 #include "experiments/batch/sweep/sweep.h"
 #include "experiments/responses/response_expression.h"
@@ -14,7 +13,6 @@
 namespace firn {
 namespace {
 
-namespace fs = std::filesystem;
 constexpr std::size_t most_runs = input_limits::batch_runs;
 constexpr int default_trajectories = 6;
 
@@ -114,11 +112,7 @@ Sweep read_sweep(const std::string& file) {
   head.allow({"name", "case", "set", "materials", "responses", "seeds", "first_seed", "design",
               "threads", "trajectories", "design_seed"});
   s.name = path_name(head);
-  s.case_file = (fs::path(file).parent_path() / head.string("case")).lexically_normal().string();
-  std::error_code unreadable;  // as a name that is too long
-  if (!fs::exists(s.case_file, unreadable))
-    head.fail("case", fmt::format("{} does not exist; expected a case file, relative to the sweep",
-                                  s.case_file));
+  s.case_file = case_path(head, file, "sweep");
   s.set = read_case_overrides(head);
   s.materials = head.strings("materials");
   s.responses = current_responses(head, "responses");

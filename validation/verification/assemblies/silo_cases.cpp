@@ -131,6 +131,7 @@ std::vector<Check> janssen_case() {
     double square = 0;  // of the mean over the seeds, of which the theory is
     for (std::size_t k = 0; k < runs[0].size(); ++k) {
       std::vector<double> off;
+      off.reserve(runs.size());
       for (const auto& loads : runs) off.push_back(loads[k].floor - janssen(loads[k].weight, s));
       square += std::pow(sample(off).mean, 2);
     }
