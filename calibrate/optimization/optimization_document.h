@@ -31,11 +31,16 @@ struct OptimizationDocument {
     }
   };
   struct Limit {
-    std::string event;
+    std::string response, side;  // of the event: the response is "above" or "below" the threshold
+    double threshold = 0;
+    std::string unit;
     double probability = 0;  // the largest that is allowed
     template <class Fields>
     void fields(Fields& f) {
-      f.required("event", event);
+      f.required("response", response);
+      f.required("side", side);
+      f.required("threshold", threshold);
+      f.required("unit", unit);
       f.required("probability", probability);
     }
   };

@@ -61,7 +61,9 @@ Document document_of(const OptimizationResult& r) {
     d.parameters.push_back(
         {p.name, stored_unit(p.unit), p.logarithmic ? "log" : "linear", p.keys, p.min, p.max});
   for (const EventLimit& limit : o.limits)
-    d.limits.push_back({o.event_text(limit), limit.probability});
+    d.limits.push_back({study.observed[limit.response].response.name,
+                        limit.above ? "above" : "below", limit.threshold,
+                        study.observed[limit.response].unit, limit.probability});
   for (const TriedDesign& t : r.designs) d.designs.push_back(design_document(t));
   for (const TriedDesign& t : r.compared) d.compared.push_back(design_document(t));
   if (r.best) {

@@ -27,6 +27,9 @@ namespace fs = std::filesystem;
 constexpr int confirmation_seeds = 1000;
 constexpr std::uint64_t candidates = 4096;
 constexpr double likely = 0.5;  // probability that the limits are kept
+// Between the designs of one round, of the range of at least one parameter. A model with
+// independent departures does not become surer near a design that it believes.
+constexpr double least_distance = 0.1;
 
 double normal_density(double z) { return std::exp(-0.5 * z * z) / std::sqrt(2 * M_PI); }
 double normal_probability(double z) { return 0.5 * std::erfc(-z / std::sqrt(2.0)); }
@@ -186,7 +189,12 @@ class DesignSearch {
     std::vector<Point> batch;
     const std::optional<double> best = incumbent();
     for (int i = std::min(o_.designs_per_round, designs_left()); i > 0; --i) {
-      const auto log_merit = [&](const VectorXd& u) { return std::log(models_->merit(u, best)); };
+      const auto log_merit = [&](const VectorXd& u) {
+        const bool apart = std::ranges::all_of(batch, [&](const Point& p) {
+          return (p.u - u).lpNorm<Eigen::Infinity>() >= least_distance;
+        });
+        return apart ? std::log(models_->merit(u, best)) : std::nan("");
+      };
       auto u = maximum(log_merit, dimensions(), {});
       if (!u) u = quasi_random_point(points_.size() + batch.size(), dimensions());
       batch.push_back(runs_.point(fmt::format("round {}", round), static_cast<int>(batch.size()),

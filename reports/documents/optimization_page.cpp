@@ -28,6 +28,11 @@ Badge optimization_badge(const Document& d) {
   return {mark, d.verdict};
 }
 
+std::string event_words(const Document::Limit& limit) {
+  return fmt::format("{} {} {}{}", words(limit.response), limit.side, number_text(limit.threshold),
+                     unit_suffix(limit.unit));
+}
+
 double standard_error(const Document::Design& d) {
   return d.finished > 0 ? d.standard_deviation / std::sqrt(d.finished) : std::nan("");
 }
@@ -44,7 +49,7 @@ page::Table design_table(const Document& d, const std::string& caption,
   table.columns.push_back({"design", ""});
   for (const auto& p : d.parameters) table.columns.push_back({words(p.name), p.unit});
   table.columns.push_back({words(d.objective), d.unit});
-  for (const auto& limit : d.limits) table.columns.push_back({words(limit.event), ""});
+  for (const auto& limit : d.limits) table.columns.push_back({event_words(limit), ""});
   table.columns.push_back({"predicted " + words(d.objective), d.unit});
   if (!d.limits.empty()) table.columns.push_back({"limits kept, probability", ""});
   for (const Document::Design& design : designs) {
@@ -80,7 +85,7 @@ void best_section(const Document& d, page::Page& page) {
     items.push_back(fmt::format(
         "{}: at most {} is allowed; {} by the model of all runs; {} to {} by the fresh seeds alone "
         "(95 %).",
-        words(d.limits[k].event), number_text(d.limits[k].probability),
+        event_words(d.limits[k]), number_text(d.limits[k].probability),
         number_text(d.best->events[k].predicted, 2),
         number_text(d.best->events[k].interval_95.first, 2),
         number_text(d.best->events[k].interval_95.second, 2)));
@@ -137,7 +142,7 @@ page::Page optimization_page_of(const Document& d) {
   page.top().note(optimization_badge(d), d.headline);
   std::vector<page::Fact> facts = {{d.goal, words(d.objective)}};
   for (const auto& limit : d.limits)
-    facts.push_back({"probability of " + words(limit.event),
+    facts.push_back({"probability of " + event_words(limit),
                      fmt::format("at most {}", number_text(limit.probability))});
   if (!d.material.empty())
     facts.push_back({"material", d.material + ", each seed with another draw of its family"});
