@@ -74,7 +74,7 @@ void Calibration::run_initial_design() {
                                        study_.compare[i].values,
                                        seed_range(study_.seed, b.compare_replicates)));
   points.push_back(
-      study_runs_.point("centre", 0, middle, seed_range(study_.seed, b.center_replicates)));
+      study_runs_.point("center", 0, middle, seed_range(study_.seed, b.center_replicates)));
   for (const NumericsCheck& check : study_.numerics) {
     numerics_.push_back(study_runs_.point("numerics: " + check.name,
                                           static_cast<int>(numerics_.size()), middle,

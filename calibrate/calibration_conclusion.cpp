@@ -233,7 +233,7 @@ bool Calibration::agrees(const CheckedSet& set) const {
 // Shifts by each numerics check, against the runs at the middle.
 void Calibration::compare_numerics() {
   const auto center = std::find_if(a_.points.begin(), a_.points.end(),
-                                   [](const Point& p) { return p.phase == "centre"; });
+                                   [](const Point& p) { return p.phase == "center"; });
   const ResponseModels* fitted = a_.models ? &*a_.models : nullptr;
   for (std::size_t i = 0; i < numerics_.size(); ++i) {
     NumericsOutcome outcome{study_.numerics[i].name, {}};

@@ -13,6 +13,14 @@ namespace {
 
 using Out = fmt::memory_buffer;
 
+// Width of the column of responses.
+int label_width(const Study& study) {
+  std::size_t width = 22;
+  for (const Target& t : study.targets) width = std::max(width, t.response.label.size());
+  for (const Observed& o : study.observed) width = std::max(width, o.response.label.size());
+  return static_cast<int>(width);
+}
+
 std::string observed_text(const Observation& o) {
   if (o.sample.count == 0) return "no value";
   return fmt::format("{:.4g} ± {:.2g}{}", o.sample.mean, o.standard_error, unit_suffix(o.unit));
@@ -113,14 +121,14 @@ void print_priors(Out& out, const Study& study) {
   for (const Constraint& c : study.constraints.all) print(out, "  {}\n", c.rule);
 }
 
-void print_models(Out& out, const CalibrationResult& a) {
+void print_models(Out& out, const Study& study, const CalibrationResult& a) {
   print(out, "\nHow the responses were modeled\n");
   const auto line = [&](const ResponseModel& m) {
     print(out,
-          "  {:<22} {} points, {}; seed sd {:.2g}{} ({} degrees of freedom); leave-one-out |z| "
+          "  {:<{}} {} points, {}; seed sd {:.2g}{} ({} degrees of freedom); leave-one-out |z| "
           "at most {:.1f}\n",
-          m.response.label, m.samples.size(), m.surrogate.best.form().describe(),
-          m.noise.relative ? 100 * m.noise.sd : m.noise.sd,
+          m.response.label, label_width(study), m.samples.size(),
+          m.surrogate.best.form().describe(), m.noise.relative ? 100 * m.noise.sd : m.noise.sd,
           m.noise.relative ? " %" : unit_suffix(m.unit), m.noise.degrees_of_freedom,
           m.largest_leave_one_out_z);
     if (!m.local_noise.uniform())
@@ -148,14 +156,15 @@ void print_checked(Out& out, const Study& study, const CheckedSet& set) {
   };
   // The targets come first among what was observed.
   for (std::size_t k = 0; k < set.predicted.size(); ++k) {
-    print(out, "    {:<22} fit {:.4g} ± {:.2g}{}", study.targets[k].response.label,
-          set.predicted[k].mean, std::sqrt(set.predicted[k].variance),
+    print(out, "    {:<{}} fit {:.4g} ± {:.2g}{}", study.targets[k].response.label,
+          label_width(study), set.predicted[k].mean, std::sqrt(set.predicted[k].variance),
           unit_suffix(study.targets[k].unit));
     if (k < set.observed.size()) print(out, ", simulated {}", simulated(set.observed[k]));
     print(out, "\n");
   }
   for (std::size_t k = set.predicted.size(); k < set.observed.size(); ++k)
-    print(out, "    {:<22} {}\n", set.observed[k].response, simulated(set.observed[k]));
+    print(out, "    {:<{}} {}\n", set.observed[k].response, label_width(study),
+          simulated(set.observed[k]));
 }
 
 void print_compare(Out& out, const Study& study, const CalibrationResult& a) {
@@ -205,11 +214,11 @@ void print_best(Out& out, const Study& study, const CalibrationResult& a) {
     const VarianceSplit& s = a.split[k];
     print(
         out,
-        "    {:<22} uncertainty: measurement {:.2g}, seed noise {:.2g}, surrogate {:.2g}{}{}; the "
+        "    {:<{}} uncertainty: measurement {:.2g}, seed noise {:.2g}, surrogate {:.2g}{}{}; the "
         "other surrogate says {:.4g}\n",
-        study.targets[k].response.label, std::sqrt(s.measurement), std::sqrt(s.seeds),
-        std::sqrt(s.surrogate), discrepancy_share(s, "{:.2g}"), unit_suffix(study.targets[k].unit),
-        a.cross_check[k]);
+        study.targets[k].response.label, label_width(study), std::sqrt(s.measurement),
+        std::sqrt(s.seeds), std::sqrt(s.surrogate), discrepancy_share(s, "{:.2g}"),
+        unit_suffix(study.targets[k].unit), a.cross_check[k]);
   }
 }
 
@@ -266,11 +275,12 @@ void print_identified(Out& out, const Study& study, const CalibrationResult& a) 
 // Response of each target as the posterior predicts it, next to its measurement.
 void print_predicted(Out& out, const Study& study, const CalibrationResult& a) {
   if (a.predictive.empty()) return;
-  print(out, "\nPredicted responses: median, and 95 % interval\n  {:<28}{:>22}{:>40}{:>30}\n",
-        "target", "measured", "mean response", "one run");
+  const int width = label_width(study) + 6;  // and a unit
+  print(out, "\nPredicted responses: median, and 95 % interval\n  {:<{}}{:>22}{:>40}{:>30}\n",
+        "target", width, "measured", "mean response", "one run");
   for (std::size_t k = 0; k < a.predictive.size(); ++k) {
     const Target& t = study.targets[k];
-    print(out, "  {:<28}{:>22}", t.response.label + unit_suffix(t.unit),
+    print(out, "  {:<{}}{:>22}", t.response.label + unit_suffix(t.unit), width,
           fmt::format("{:.4g} ± {:.2g}", t.value, t.uncertainty));
     if (!a.predictive[k]) {
       print(out, "{:>40}\n", "no finite prediction");
@@ -293,14 +303,15 @@ void print_ridge(Out& out, const Study& study, const CalibrationResult& a) {
 
 void print_sensitivity(Out& out, const Study& study, const CalibrationResult& a) {
   if (a.sensitivity.empty()) return;
+  const int width = label_width(study);
   print(out,
         "\nWhat each response depends on, over the ranges (share of its variance: alone / with "
-        "interactions)\n  {:<22}",
-        "");
+        "interactions)\n  {:<{}}",
+        "", width);
   for (const Parameter& p : study.parameters) print(out, "{:>18}", p.name);
   print(out, "{:>20}\n", "noise of one run");
   for (const Sensitivity& s : a.sensitivity) {
-    print(out, "  {:<22}", s.response);
+    print(out, "  {:<{}}", s.response, width);
     for (Eigen::Index i = 0; i < s.indices.total.size(); ++i)
       print(out, "{:>18}",
             fmt::format("{:.2f} / {:.2f}", std::max(0.0, s.indices.first[i]), s.indices.total[i]));
@@ -309,7 +320,7 @@ void print_sensitivity(Out& out, const Study& study, const CalibrationResult& a)
       print(out, "{:>{}}",
             fmt::format("{:.2f} to {:.2f}", s.indices.total_interval(i, 0),
                         s.indices.total_interval(i, 1)),
-            i == 0 ? 20 : 18);
+            i == 0 ? width - 2 : 18);
     print(out, "\n");
   }
   for (std::size_t i = 0; i < study.parameters.size(); ++i) {
@@ -321,14 +332,14 @@ void print_sensitivity(Out& out, const Study& study, const CalibrationResult& a)
   }
 }
 
-void print_numerics(Out& out, const CalibrationResult& a) {
+void print_numerics(Out& out, const Study& study, const CalibrationResult& a) {
   if (a.numerics.empty()) return;
   print(out, "\nOther numerics at the middle of the ranges\n");
   for (const NumericsOutcome& n : a.numerics) {
     print(out, "  {}\n", n.name);
     for (const NumericsOutcome::Shift& s : n.shifts)
-      print(out, "    {:<22} moves by {:.3g} ± {:.2g}{}{}\n", s.response, s.value, s.standard_error,
-            unit_suffix(s.unit),
+      print(out, "    {:<{}} moves by {:.3g} ± {:.2g}{}{}\n", s.response, label_width(study),
+            s.value, s.standard_error, unit_suffix(s.unit),
             std::abs(s.value) > 2 * s.standard_error ? ": MORE THAN THE NOISE" : "");
     if (n.shifts.empty()) print(out, "    no run finished\n");
   }
@@ -392,9 +403,9 @@ std::string render_table(const Study& study, const CalibrationResult& a) {
   print_choices(out, study, a);
   print_priors(out, study);
   print_compare(out, study, a);
-  if (a.models) print_models(out, a);
+  if (a.models) print_models(out, study, a);
   print_sensitivity(out, study, a);
-  print_numerics(out, a);
+  print_numerics(out, study, a);
   print_best(out, study, a);
   print_goodness(out, a);
   for (const OutlierRun& o : a.outliers) {

@@ -18,7 +18,7 @@ namespace firn {
 // Purpose of a run, for runs.csv.
 struct RunLabel {
   std::string experiment;  // empty: the study has one only
-  std::string phase;       // "centre", "design", "refine 1", "compare: paper table", "confirm"
+  std::string phase;       // "center", "design", "refine 1", "compare: paper table", "confirm"
   int point = 0;           // number within the phase
   std::string parameters;  // "ice_ice=0.05 ice_plastic=0.1"
   std::uint64_t seed = 0;
