@@ -24,13 +24,6 @@ double wall_of(const std::vector<Point>& points) {
 
 }  // namespace
 
-std::vector<std::uint64_t> seed_range(std::uint64_t first, int count) {
-  std::vector<std::uint64_t> s;
-  s.reserve(static_cast<std::size_t>(std::max(count, 0)));
-  for (int i = 0; i < count; ++i) s.push_back(first + static_cast<std::uint64_t>(i));
-  return s;
-}
-
 std::string parameter_text(const Study& study, const std::vector<double>& values) {
   std::vector<std::string> parts;
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -72,13 +65,13 @@ void Calibration::run_initial_design() {
   for (std::size_t i = 0; i < study_.compare.size() && b.compare_replicates > 0; ++i)
     points.push_back(study_runs_.point(kComparePhase + study_.compare[i].name, static_cast<int>(i),
                                        study_.compare[i].values,
-                                       seed_range(study_.seed, b.compare_replicates)));
+                                       seed_list(study_.seed, b.compare_replicates)));
   points.push_back(
-      study_runs_.point("center", 0, middle, seed_range(study_.seed, b.center_replicates)));
+      study_runs_.point("center", 0, middle, seed_list(study_.seed, b.center_replicates)));
   for (const NumericsCheck& check : study_.numerics) {
     numerics_.push_back(study_runs_.point("numerics: " + check.name,
                                           static_cast<int>(numerics_.size()), middle,
-                                          seed_range(study_.seed, b.numerics_replicates)));
+                                          seed_list(study_.seed, b.numerics_replicates)));
     numerics_.back().set = check.set;
     numerics_.back().only = check.only;
   }
@@ -134,7 +127,7 @@ void Calibration::spread_design() {
                                : spread_points(study_.constraints, study_.parameters, count, taken))
     design.push_back(study_runs_.point("design", static_cast<int>(design.size()),
                                        allowed_values(study_.constraints, study_.parameters, u),
-                                       seed_range(study_.seed, replicates_per_point_)));
+                                       seed_list(study_.seed, replicates_per_point_)));
   progress_.phase("exploring the ranges");
   run(design);
   a_.points.insert(a_.points.end(), design.begin(), design.end());
@@ -213,7 +206,7 @@ bool Calibration::extend_design() {
     for (const Point& p : a_.points) number += p.phase == "design, continued";
     batch.push_back(study_runs_.point("design, continued", number,
                                       allowed_values(study_.constraints, study_.parameters, best),
-                                      seed_range(study_.seed, replicates_per_point_)));
+                                      seed_list(study_.seed, replicates_per_point_)));
   }
   progress_.phase("exploring further");
   run(batch);
@@ -402,7 +395,7 @@ void Calibration::refine() {
                          points, replicates_per_point_))
     batch.push_back(study_runs_.point(phase, number++,
                                       allowed_values(study_.constraints, study_.parameters, u),
-                                      seed_range(study_.seed, replicates_per_point_)));
+                                      seed_list(study_.seed, replicates_per_point_)));
   progress_.phase("splitting the equally good");
   run(batch);
   a_.points.insert(a_.points.end(), batch.begin(), batch.end());

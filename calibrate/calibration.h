@@ -99,8 +99,6 @@ class Calibration {
 void observe(const Study& study, const ResponseModels* models, const Point& point, CheckedSet& set);
 // "ice_ice = 0.094, ice_plastic = 0.085"
 std::string parameter_text(const Study& study, const std::vector<double>& values);
-// `count` seeds from `first` on.
-std::vector<std::uint64_t> seed_range(std::uint64_t first, int count);
 // Offset of the confirmation seeds from the seed of the study: these seeds have not been used
 // before.
 constexpr std::uint64_t confirm_seeds = 1000;

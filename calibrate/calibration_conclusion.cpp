@@ -182,7 +182,7 @@ void Calibration::confirm() {
     if (p.values == a_.best.values)
       for (const std::uint64_t seed : p.seeds) first = std::max(first, seed + 1);
   std::vector<Point> batch = {
-      study_runs_.point("confirm", 0, a_.best.values, seed_range(first, seeds))};
+      study_runs_.point("confirm", 0, a_.best.values, seed_list(first, seeds))};
   progress_.phase("confirming with fresh seeds");
   run(batch);
   a_.points.push_back(batch[0]);
@@ -196,8 +196,8 @@ void Calibration::check_ridge_ends() {
   std::vector<Point> batch;
   for (std::size_t i = 0; i < ends.size(); ++i)
     batch.push_back(study_runs_.point("valley end", static_cast<int>(i), ends[i]->values,
-                                      seed_range(study_.seed + ridge_seeds + i * ridge_seed_stride,
-                                                 study_.budget.endpoint_replicates)));
+                                      seed_list(study_.seed + ridge_seeds + i * ridge_seed_stride,
+                                                study_.budget.endpoint_replicates)));
   progress_.phase("checking the ends of the ridge");
   run(batch);
   a_.points.insert(a_.points.end(), batch.begin(), batch.end());

@@ -34,14 +34,14 @@ CalibrationResult direct_search(const Study& study, StudyRuns& study_runs,
     if (study.budget.compare_replicates > 0)
       compared.push_back(study_runs.point(kComparePhase + set.name,
                                           static_cast<int>(compared.size()), set.values,
-                                          seed_range(study.seed, study.budget.compare_replicates)));
+                                          seed_list(study.seed, study.budget.compare_replicates)));
   study_runs.run(compared);
 
   progress.phase(fmt::format("direct search ({})", to_string(study.direct)));
   const auto evaluate = [&](const VectorXd& u) {
     std::vector<Point> one = {study_runs.point(
         "direct", static_cast<int>(a.points.size()), tidy_values(study.parameters, u),
-        seed_range(study.seed, study.budget.replicates_per_point))};
+        seed_list(study.seed, study.budget.replicates_per_point))};
     study_runs.run(one);
     a.points.push_back(one.front());
     return distance(study, one.front());
@@ -65,7 +65,7 @@ CalibrationResult direct_search(const Study& study, StudyRuns& study_runs,
   a.best.values = tidy_values(study.parameters, best.x);
   std::vector<Point> fresh = {study_runs.point(
       "confirm", 0, a.best.values,
-      seed_range(study.seed + confirm_seeds, study.budget.confirmation_replicates))};
+      seed_list(study.seed + confirm_seeds, study.budget.confirmation_replicates))};
   progress.phase("confirming with fresh seeds");
   study_runs.run(fresh);
   observe(study, nullptr, fresh.front(), a.best);

@@ -87,12 +87,13 @@ std::string OptimizationStudy::event_text(const EventLimit& limit) const {
                      number_text(limit.threshold), unit_suffix(o.unit));
 }
 
-int OptimizationStudy::confirmation_runs() const {
-  return (1 + static_cast<int>(study.compare.size())) * confirmation_replicates;
+std::int64_t OptimizationStudy::confirmation_runs() const {
+  return (1 + std::ssize(study.compare)) * confirmation_replicates;
 }
 
 int OptimizationStudy::largest_designs() const {
-  return (runs - confirmation_runs()) / replicates_per_design;
+  return static_cast<int>(std::max<std::int64_t>(0, runs - confirmation_runs()) /
+                          replicates_per_design);
 }
 
 OptimizationStudy read_optimization(const std::string& file) {
@@ -129,10 +130,11 @@ OptimizationStudy read_optimization(const std::string& file) {
   o.runs = limited(head, "runs", 1);
   const int d = static_cast<int>(study.parameters.size()), least = d + 2;
   if (o.largest_designs() < least)
-    head.fail("runs", fmt::format("{} are too few: {} confirm, and a model of {} parameters needs "
-                                  "{} designs of {} runs; expected at least {}",
-                                  o.runs, o.confirmation_runs(), d, least, o.replicates_per_design,
-                                  o.confirmation_runs() + least * o.replicates_per_design));
+    head.fail("runs",
+              fmt::format("{} are too few: {} confirm, and a model of {} parameters needs "
+                          "{} designs of {} runs; expected at least {}",
+                          o.runs, o.confirmation_runs(), d, least, o.replicates_per_design,
+                          o.confirmation_runs() + std::int64_t{least} * o.replicates_per_design));
   return o;
 }
 

@@ -34,7 +34,7 @@ struct OptimizationStudy {
 
   const ResponseId& objective() const { return study.observed.front().response; }
   std::string event_text(const EventLimit& limit) const;  // "dispense_stalled above 0.5"
-  int confirmation_runs() const;
+  std::int64_t confirmation_runs() const;
   int largest_designs() const;  // that the search can simulate besides
 };
 

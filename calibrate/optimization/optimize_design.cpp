@@ -24,7 +24,7 @@ using Eigen::VectorXd;
 namespace fs = std::filesystem;
 
 // Offset of the confirmation seeds from the seed of the search, which does not use them.
-constexpr int confirmation_seeds = 1000;
+constexpr std::uint64_t confirmation_seeds = 1000;
 constexpr std::uint64_t candidates = 4096;
 constexpr double likely = 0.5;  // probability that the limits are kept
 // Between the designs of one round, of the range of at least one parameter. A model with
@@ -156,11 +156,11 @@ class DesignSearch {
   // again gets more of them.
   std::vector<std::uint64_t> next_seeds(const VectorXd& u, const std::vector<Point>& batch) const {
     const std::vector<double> values = tidy_values(o_.study.parameters, u);
-    int before = 0;
+    std::uint64_t before = 0;
     for (const auto* points : {&points_, &batch})
       for (const Point& p : *points)
-        if (p.values == values) before += static_cast<int>(p.seeds.size());
-    return seed_list(static_cast<int>(o_.study.seed) + before, o_.replicates_per_design);
+        if (p.values == values) before += p.seeds.size();
+    return seed_list(o_.study.seed + before, o_.replicates_per_design);
   }
 
   bool fit() {
@@ -221,8 +221,7 @@ class DesignSearch {
   }
 
   void confirm(const std::vector<double>& values) {
-    const auto seeds =
-        seed_list(static_cast<int>(o_.study.seed) + confirmation_seeds, o_.confirmation_replicates);
+    const auto seeds = seed_list(o_.study.seed + confirmation_seeds, o_.confirmation_replicates);
     std::vector<Point> batch = {runs_.point("confirm", 0, values, seeds)};
     for (const CompareSet& set : o_.study.compare)
       batch.push_back(

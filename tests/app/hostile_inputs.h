@@ -114,6 +114,30 @@ keys = ["materials.ice.density"]
 values = ["900 kg/m^3", "1000 kg/m^3"]
 )";
 
+inline constexpr const char* optimization_file = R"([optimization]
+name = "heavy boxes"
+case = "case.toml"
+maximize = "present_mass"
+runs = 12
+replicates_per_design = 2
+confirmation_replicates = 2
+
+[[parameters]]
+name = "rho"
+keys = ["materials.ice.density"]
+min = "800 kg/m^3"
+max = "1000 kg/m^3"
+
+[[limits]]
+response = "present_mass"
+above = "0.016 kg"
+probability = 0.2
+
+[[compare]]
+name = "as it was"
+values = { rho = "900 kg/m^3" }
+)";
+
 inline constexpr const char* study_file = R"([study]
 name = "study"
 case = "case.toml"

@@ -36,6 +36,7 @@ class Site : public Folder {
     setenv("FIRN_MATERIALS", (path() / "own.db").c_str(), 1);
     write("case.toml", rich_case);
     write("sweep.toml", sweep_file);
+    write("optimization.toml", optimization_file);
     write("study.toml", study_file);
     write("suite.toml", suite_file);
     write("mass.toml", mass_file);
@@ -525,6 +526,9 @@ TEST(HostileText, CasesAreRefusedOrShown) { Fields(1).cases(); }
 TEST(HostileText, SweepsAreRefusedOrShown) {
   Fields(3).batches("sweep", "sweep.toml", sweep_file, "sweep.toml");
 }
+TEST(HostileText, OptimizationsAreRefusedOrShown) {
+  Fields(1).batches("optimize", "optimization.toml", optimization_file, "optimization.toml");
+}
 TEST(HostileText, StudiesAreRefusedOrShown) {
   Fields(1).batches("calibrate", "study.toml", study_file, "study.toml");
 }
@@ -538,6 +542,9 @@ TEST(HostileText, MeasurementsAreRefusedOrShown) {
 TEST(HostileText, RecordsAreRefusedOrShown) { Fields(3).records(); }
 TEST(HostileText, ResultsFilesAreRefusedOrShown) { Fields(1).results_files(); }
 TEST(HostileText, PagesShowIt) { Fields(1).pages("validate", "suite.toml", "out"); }
+TEST(HostileText, PagesOfOptimizationsShowIt) {
+  Fields(1).pages("optimize", "optimization.toml", "out");
+}
 TEST(HostileText, DatabasesAreRefusedOrShown) { Fields(1).databases(); }
 
 TEST(HostileText, NamesGoThroughEverythingAsText) {
@@ -563,6 +570,7 @@ struct Input {
 std::vector<Input> inputs() {
   return {{"case.toml", rich_case, {"shape", "case.toml"}},
           {"sweep.toml", sweep_file, {"sweep", "sweep.toml"}},
+          {"optimization.toml", optimization_file, {"optimize", "optimization.toml"}},
           {"study.toml", study_file, {"calibrate", "study.toml"}},
           {"suite.toml", suite_file, {"validate", "suite.toml"}},
           {"mass.toml", mass_file, {"validate", "suite.toml"}},
@@ -604,6 +612,7 @@ TEST(HostileText, NamesThatLeaveTheirFolderAreRefused) {
   Site site;
   const std::map<std::string, std::vector<std::string>> named = {
       {"sweep.toml", {"boxes", "density"}},
+      {"optimization.toml", {"heavy boxes", "rho"}},
       {"study.toml", {"study", "rho"}},
       {"suite.toml", {"suite", "as it is", "fall", "heavier", "mass"}},
       {"case.toml", {"floor"}}};
@@ -659,6 +668,11 @@ TEST(HostileTextLong, EveryTextInCases) { all_texts_in_fields().cases(); }
 
 TEST(HostileTextLong, EveryTextInSweeps) {
   all_texts_in_fields().batches("sweep", "sweep.toml", sweep_file, "sweep.toml");
+}
+
+TEST(HostileTextLong, EveryTextInOptimizations) {
+  all_texts_in_fields().batches("optimize", "optimization.toml", optimization_file,
+                                "optimization.toml");
 }
 
 TEST(HostileTextLong, EveryTextInStudies) {

@@ -1,4 +1,4 @@
-// Every shipped case, study, suite, sweep, measurement and list of bench tests can be read, with
+// Every shipped case, study, suite, sweep, optimization, measurement and list of bench tests can be read, with
 // all files that it names.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 
+#include "calibrate/optimization/optimization_study.h"
 #include "calibrate/study/study_file.h"
 #include "experiments/batch/sweep/sweep.h"
 #include "experiments/measurements/bench_tests.h"
@@ -67,6 +68,8 @@ TEST(ShippedFiles, AllCanBeRead) {
         read_study(path, Programs::allowed);
       } else if (has("\n[sweep]")) {
         read_sweep(path);
+      } else if (has("\n[optimization]")) {
+        read_optimization(path);
       } else if (has("\n[[tests]]")) {
         read_bench_tests(path);
       } else if (has("\n[[slopes]]")) {

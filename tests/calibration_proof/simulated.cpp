@@ -118,7 +118,7 @@ std::vector<JobResult> SimulatedStudies::runs_at(const Values& values, std::uint
   std::map<std::string, JobResult> results;
   std::vector<std::string> keys;
   const std::string case_file = (fs::path(FIRN_SOURCE_DIR) / problem_.case_file).string();
-  for (const std::uint64_t seed : seed_range(first_seed, count)) {
+  for (const std::uint64_t seed : seed_list(first_seed, count)) {
     Job job;
     job.overrides = {{"case.seed", std::to_string(seed)}};
     for (std::size_t i = 0; i < values.size(); ++i)

@@ -64,11 +64,10 @@ Execution read_execution(const TomlTable& study) {
   return e;
 }
 
-std::vector<std::uint64_t> seed_list(int first, int count) {
+std::vector<std::uint64_t> seed_list(std::uint64_t first, int count) {
   std::vector<std::uint64_t> seeds;
-  seeds.reserve(static_cast<std::size_t>(count));
-  for (int i = 0; i < count; ++i)
-    seeds.push_back(static_cast<std::uint64_t>(first) + static_cast<std::uint64_t>(i));
+  seeds.reserve(static_cast<std::size_t>(std::max(count, 0)));
+  for (int i = 0; i < count; ++i) seeds.push_back(first + static_cast<std::uint64_t>(i));
   return seeds;
 }
 

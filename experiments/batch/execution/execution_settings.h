@@ -26,7 +26,7 @@ struct Execution {
 Execution read_execution(const TomlTable& study);
 
 // `count` (not below 0) seeds from `first` on.
-std::vector<std::uint64_t> seed_list(int first, int count);
+std::vector<std::uint64_t> seed_list(std::uint64_t first, int count);
 
 // "2 GiB" in bytes; kB, MB, GB, TB and KiB, MiB, GiB, TiB. Throws InputError (one sentence).
 double parse_memory(const std::string& text);
