@@ -14,15 +14,15 @@ from .cases import Case
 from .materials import material_records
 from .results import Results
 from .runs import Run, resume, run
-from .studies import (Batch, Study, StudyResults, Sweep, SweepResults, Validation,
-                      ValidationResults, program)
+from .studies import (Batch, Optimization, OptimizationResults, Study, StudyResults, Sweep,
+                      SweepResults, Validation, ValidationResults, program)
 
 InputError.__doc__ = "A mistake in what was given: one line that says what is expected."
 RunError.__doc__ = "A simulation or a program that failed."
 
 __all__ = [
-    "Batch", "Calibration", "Case", "Frame", "InputError", "LiveFrame", "Parameter", "Response",
-    "Results", "Run", "RunError", "Study", "StudyResults", "Sweep", "SweepResults", "Target",
-    "Validation", "ValidationResults", "calibrate", "case_simulator", "material_records",
-    "program", "resume", "run",
+    "Batch", "Calibration", "Case", "Frame", "InputError", "LiveFrame", "Optimization",
+    "OptimizationResults", "Parameter", "Response", "Results", "Run", "RunError", "Study",
+    "StudyResults", "Sweep", "SweepResults", "Target", "Validation", "ValidationResults",
+    "calibrate", "case_simulator", "material_records", "program", "resume", "run",
 ]

@@ -1,4 +1,4 @@
-"""Studies, validations and sweeps: started through the program, read as tables.
+"""Studies, validations, sweeps and optimizations: started through the program, read as tables.
 
 Each simulation is a separate process there, so that a crash of one cannot take others along.
 """
@@ -161,6 +161,49 @@ class SweepResults(_Folder):
         return require_pandas().DataFrame(rows)
 
 
+class OptimizationResults(_Folder):
+    """What an optimization found: the folder of `firn optimize`."""
+
+    def __init__(self, directory: Path) -> None:
+        super().__init__(directory)
+        self._require("optimization", "goal", "objective")
+
+    @property
+    def verdict(self) -> str:
+        return str(self.answer["verdict"])
+
+    @property
+    def headline(self) -> str:
+        return str(self.answer["headline"])
+
+    def _rows(self, designs: list[dict[str, Any]]) -> pandas.DataFrame:
+        names = [p["name"] for p in self.answer["parameters"]]
+        limits = [f"{t['response']} {t['side']} {t['threshold']:g}"
+                  for t in self.answer.get("limits", [])]
+        rows = []
+        for d in designs:
+            row = {"design": d["name"], **dict(zip(names, d["values"]))}
+            row.update({k: d[k] for k in ("runs", "finished", "mean", "standard_deviation",
+                                          "predicted_mean", "predicted_sd", "limits_kept")})
+            for limit, event in zip(limits, d.get("events", [])):
+                row[limit] = event["events"]
+            rows.append(row)
+        return require_pandas().DataFrame(rows)
+
+    def designs(self) -> pandas.DataFrame:
+        """One row a design of the search: parameters, objective, events, and what the models say."""
+        return self._rows(self.answer.get("designs", []))
+
+    def confirmed(self) -> pandas.DataFrame:
+        """The best design and the compared ones, by fresh seeds. Empty if there is none."""
+        best = self.answer.get("best")
+        return self._rows([best, *self.answer.get("compared", [])] if best else [])
+
+    def runs(self) -> pandas.DataFrame:
+        """One row a run, as runs.csv."""
+        return self._csv("runs.csv")
+
+
 class ValidationResults(_Folder):
     """What a validation found: the folder of `firn validate`."""
 
@@ -271,6 +314,11 @@ class Study(_Startable[StudyResults]):
 class Sweep(_Startable[SweepResults]):
     """A sweep file: runs a case over values of its keys."""
     command, results = "sweep", SweepResults
+
+
+class Optimization(_Startable[OptimizationResults]):
+    """An optimization file: searches for the best design within limits."""
+    command, results = "optimize", OptimizationResults
 
 
 class Validation(_Startable[ValidationResults]):

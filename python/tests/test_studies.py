@@ -31,6 +31,27 @@ name = "density"
 keys = ["materials.ice.density"]
 values = ["900 kg/m^3", "1800 kg/m^3"]
 """
+OPTIMIZATION = """
+[optimization]
+name = "heaviest"
+case = "case.toml"
+maximize = "present_mass"
+runs = 14
+replicates_per_design = 2
+confirmation_replicates = 4
+[[parameters]]
+name = "density"
+keys = ["materials.ice.density"]
+min = "900 kg/m^3"
+max = "1800 kg/m^3"
+[[limits]]
+response = "present_mass"
+above = "1 kg"
+probability = 0.5
+[[compare]]
+name = "as it is"
+values = { density = "917 kg/m^3" }
+"""
 SUITE = """
 [suite]
 name = "boxes"
@@ -124,6 +145,20 @@ def test_sweep(case_file):
     table = sweep.combinations()
     assert list(table["present_mass"]) == pytest.approx([900 * 16e-6, 1800 * 16e-6], rel=0.01)
     assert len(sweep.runs()) == 4
+
+
+def test_optimization(case_file):
+    folder = case_file.parent
+    (folder / "optimization.toml").write_text(OPTIMIZATION)
+    results = firn.Optimization(folder / "optimization.toml").run(folder / "out")
+    confirmed = results.confirmed()
+    assert list(confirmed["design"]) == ["best", "as it is"]
+    assert confirmed["mean"][0] == pytest.approx(confirmed["density"][0] * 16e-6, rel=0.01)
+    assert confirmed["density"][0] > 1700 and list(confirmed["present_mass above 1"]) == [0, 0]
+    assert len(results.designs()) == 3 and len(results.runs()) == 14
+    assert results.verdict and "present_mass" in results.headline
+    with pytest.raises(firn.InputError):
+        firn.SweepResults(folder / "out")
 
 
 def test_validation(case_file):
