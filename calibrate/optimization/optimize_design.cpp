@@ -163,12 +163,24 @@ class DesignSearch {
     return seed_list(o_.study.seed + before, o_.replicates_per_design);
   }
 
+  // Each run counts once: a compared design may be the best one, or be given twice.
+  std::vector<Point> distinct_points() const {
+    std::vector<Point> distinct;
+    for (const Point& p : points_)
+      if (std::ranges::none_of(distinct, [&](const Point& other) {
+            return other.values == p.values && other.seeds == p.seeds;
+          }))
+        distinct.push_back(p);
+    return distinct;
+  }
+
   bool fit() {
-    auto fitted = fit_response_models(o_.study, points_);
+    const std::vector<Point> points = distinct_points();
+    auto fitted = fit_response_models(o_.study, points);
     if (!fitted) return false;
     for (ResponseModel& m : fitted->observed)
       if (m.response.label == o_.objective().label) {
-        models_.emplace(o_, std::move(m), points_);
+        models_.emplace(o_, std::move(m), points);
         return true;
       }
     return false;
@@ -283,7 +295,7 @@ class DesignSearch {
     const std::size_t searched = searched_ > 0 ? searched_ : points_.size();
     for (std::size_t i = 0; i < searched; ++i)
       r_.designs.push_back(tried(points_[i].phase, points_[i]));
-    for (const Point& p : points_) {
+    for (const Point& p : distinct_points()) {
       r_.runs += static_cast<int>(p.seeds.size());
       r_.not_finished += static_cast<int>(p.seeds.size()) - p.count(JobStatus::finished);
     }

@@ -209,6 +209,27 @@ TEST(OptimizeDesignDocument, IsReadAsItIsWritten) {
   EXPECT_EQ(d.slices[1].parameter, "width");
 }
 
+// Its runs are not counted twice, for the number of runs nor in the models.
+TEST(OptimizeDesignDocument, TheSameDesignComparedTwiceIsOneDesign) {
+  const std::string once = "[[compare]]\nname = \"old\"\nvalues = { pitch = 22, width = 60 }\n",
+                    twice = once +
+                            "[[compare]]\nname = \"same\"\nvalues = { pitch = 22, width = 60 }\n";
+  const Folder folder("twice");
+  FakeExperiment experiment(dispensing);
+  const auto with = [&](const std::string& compared, const char* head, const char* out) {
+    return search(file_text("maximize = \"rate\"", jam_limit + compared, head), experiment, folder,
+                  out);
+  };
+  const OptimizationResult one = with(once, "runs = 50\n", "once"),
+                           two = with(twice, "runs = 60\n", "twice");
+  EXPECT_EQ(one.designs.size(), two.designs.size());
+  EXPECT_EQ(one.runs, two.runs);
+  ASSERT_TRUE(one.best && two.best);
+  EXPECT_EQ(one.best->predicted->mean, two.best->predicted->mean);
+  EXPECT_EQ(one.best->predicted->kept, two.best->predicted->kept);
+  EXPECT_EQ(two.compared[0].objective.mean, two.compared[1].objective.mean);
+}
+
 struct Fault {
   const char *goal, *more, *head, *message;
 };
