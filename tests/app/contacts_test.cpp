@@ -38,7 +38,7 @@ class ContactsCommand : public testing::Test {
   Folder folder_;
 };
 
-TEST_F(ContactsCommand, ParticleAtRestIsHeldByItsNeighbours) {
+TEST_F(ContactsCommand, ParticleAtRestIsHeldByItsNeighbors) {
   const Outcome o = contacts({"run.h5", "--particle", "0", "--json"});
   ASSERT_EQ(o.status, 0) << o.err;
   EXPECT_THAT(o.err, HasSubstr("came out the same, bit for bit"));
@@ -111,7 +111,7 @@ TEST_F(ContactsCommand, HistoryTellsBirthsAndWork) {
   ASSERT_FALSE(history["events"].empty());
   EXPECT_EQ(history["events"][0]["before"], 0);
   EXPECT_EQ(history["rows"][1]["step"], 10);
-  EXPECT_EQ(history["rows"][0]["gap"], nullptr);  // nobody near
+  EXPECT_EQ(history["rows"][0]["gap"], nullptr);  // no other body is near
   EXPECT_GT(history["rows"].back()["work_normal"], 0.0);
   const Outcome table =
       contacts({"run.h5", "--particle", "1", "--history", "0s", "100ms", "-o", "h.csv"});

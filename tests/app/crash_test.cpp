@@ -229,7 +229,7 @@ std::vector<std::uint64_t> some_of(std::uint64_t n, std::size_t count, std::mt19
 
 constexpr std::size_t kAll = 1u << 30;
 
-// Of a child that nobody has waited for.
+// Of a child process that has not been waited for.
 bool has_ended(pid_t pid) {
   siginfo_t info = {};
   return waitid(P_PID, static_cast<id_t>(pid), &info, WEXITED | WNOHANG | WNOWAIT) != 0 ||
@@ -805,7 +805,7 @@ TEST_F(CrashTest, ResultsFileThatIsRemovedIsNoSuccess) {
   }
 }
 
-// Results that nobody can read are no success.
+// A command whose results cannot be written does not succeed.
 TEST_F(CrashTest, StandardOutputThatCannotBeWrittenIsAFailure) {
   ASSERT_TRUE(fs::exists(whole()));
   folder_.write("record.json", hostile::record_file);

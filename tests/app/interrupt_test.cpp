@@ -52,9 +52,9 @@ class Interrupt : public testing::Test {
     const pid_t pid = folder_.start(command);
     std::this_thread::sleep_for(duration<double>(after));
     kill(pid, signal);
-    const auto told = steady_clock::now();
+    const auto signaled = steady_clock::now();
     const Outcome o = folder_.wait(pid);
-    const double seconds = duration<double>(steady_clock::now() - told).count();
+    const double seconds = duration<double>(steady_clock::now() - signaled).count();
     EXPECT_LT(seconds, kLimit);
     if (must_be_at_work) {
       EXPECT_EQ(o.status, 130) << o.err;

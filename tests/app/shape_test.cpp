@@ -304,9 +304,9 @@ TEST(ShapeCommand, BoundariesOfACase) {
   EXPECT_NEAR(facts[1]["mass"], 1000 * volume, 1e-9);
   EXPECT_NEAR(facts[1]["at_start"]["min"][0], 52.5e-3, 1e-9);
   EXPECT_NEAR(facts[1]["at_start"]["min"][2], 0, 1e-9);
-  const Outcome told = folder.firn({"shape", "case.toml"});
-  EXPECT_THAT(told.out, HasSubstr("cup\n  kind                  container\n"));
-  EXPECT_THAT(told.out, HasSubstr("closed"));
+  const Outcome table = folder.firn({"shape", "case.toml"});
+  EXPECT_THAT(table.out, HasSubstr("cup\n  kind                  container\n"));
+  EXPECT_THAT(table.out, HasSubstr("closed"));
 }
 
 TEST(ShapeCommand, OneBoundaryOfACase) {

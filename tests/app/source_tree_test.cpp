@@ -328,7 +328,7 @@ TEST(SourceTree, EveryTypeIsDefinedOnce) {
   EXPECT_GT(defined.size(), 300u);
 }
 
-// What is shipped beside the program: cases, studies, suites, measurements and material records.
+// What is shipped with the program: cases, studies, suites, measurements and material records.
 TEST(SourceTree, ShippedFilesAreInstalled) {
   const auto names_below = [](const fs::path& folder) {
     std::multiset<std::string> names;

@@ -50,7 +50,7 @@ TEST(SweepCommand, RunsEveryCombinationOnce) {
   const json result = json::parse(o.out);
   ASSERT_EQ(result["combinations"].size(), 6u);
   EXPECT_EQ(result["runs"].size(), 12u);
-  // The last key varies fastest; the mass tells which density a run had.
+  // The last key varies fastest. The mass shows which density a run had.
   for (std::size_t c = 0; c < 6; ++c) {
     const json& row = result["combinations"][c];
     EXPECT_EQ(row["values"]["density"], c < 3 ? "900 kg/m^3" : "1800 kg/m^3");

@@ -69,8 +69,8 @@ Solver filled(const Tile& t) {
   Solver solver(t.box.model);
   scenes::scatter(solver, 0, kCubes, t.box.lower, t.box.upper, 1);
   scenes::run(solver, 1.0);
-  // Laid next to itself it is placed anew, and what is placed deep in something else is refused:
-  // not while a blade pinches a cube.
+  // Tiling inserts the particles again, and an insertion with a large overlap is refused: no blade
+  // may pinch a cube.
   const double edge = t.box.model.shapes[0].box.minCoeff();
   const auto pinched = [&] {
     return std::ranges::any_of(solver.contact_overlaps(),

@@ -1,5 +1,5 @@
-// What a step of a bed costs per particle beside one of another size or with another number of
-// threads, in the same state: some steps of the one, then for as long steps of the other, and so
+// What a step of a bed costs per particle, compared with one of another size or with another number
+// of threads, in the same state: some steps of the one, then for as long steps of the other, and so
 // on. A machine whose speed changes from second to second, as others use it, changes it for both.
 // And what the machine gives to runs that have nothing to do with each other: copies of the one bed
 // side by side, as many as the other has threads.
@@ -20,7 +20,7 @@ namespace {
 // Particles' steps, at least one step: those that count of each bed in each round, some 40 ms, and
 // those before them.
 constexpr int kCounted = 200'000, kWarm = 20'000;
-constexpr int kRestart = 1500;   // steps after which a bed begins anew, to stay in its state
+constexpr int kRestart = 1500;   // steps after which a bed is restored, to stay in its state
 constexpr double kLeast = 2e-9;  // s per particle and step, phases that take less are left out
 
 // Seconds per particle and step, by phase.
@@ -124,7 +124,7 @@ std::optional<double> gain_side_by_side(std::vector<TimedBed>& beds, double alon
     for (std::size_t k = 0; k < beds.size(); ++k) {
       threads.emplace_back([&, k] {
         if (const std::optional<Costs> of_bed = beds[k].time()) costs[k] = of_bed->at(kWhole);
-        // Whoever is done first must not leave the machine to the others.
+        // A bed that is done first continues, to keep up the load on the machine.
         for (++done; done < beds.size();) beds[k].step();
       });
     }
@@ -152,12 +152,12 @@ void compare(beds::Bed bed, const Choice& a, const Choice& b, int rounds, bool s
     const std::optional<Costs> of_one = one.time(), of_other = other.time();
     if (!of_one || !of_other) continue;
     for (const auto& [phase, seconds] : *of_one) {
-      const auto beside = of_other->find(phase);
-      if (beside == of_other->end()) continue;
+      const auto counterpart = of_other->find(phase);
+      if (counterpart == of_other->end()) continue;
       Series& s = phases[phase];
       s.one.push_back(seconds);
-      s.other.push_back(beside->second);
-      s.ratio.push_back(seconds / beside->second);
+      s.other.push_back(counterpart->second);
+      s.ratio.push_back(seconds / counterpart->second);
     }
     if (!side_by_side) continue;
     if (const std::optional<double> gain = gain_side_by_side(copies, of_one->at(kWhole)))

@@ -24,7 +24,7 @@ bool take_up(Solver& solver, const std::filesystem::path& file) {
     solver.restore(read_bytes(file));
     return true;
   } catch (const RunError& e) {
-    std::cerr << "making " << file.filename() << " anew: " << e.what() << '\n';
+    std::cerr << "making " << file.filename() << " again: " << e.what() << '\n';
     return false;
   }
 }

@@ -1,5 +1,5 @@
-// Beds in three states, made once and kept as files beside the program. A file whose state has
-// another layout is made anew.
+// Beds in three states, made once and kept as files next to the program. A file whose state has
+// another layout is made again.
 #pragma once
 
 #include <filesystem>

@@ -2,7 +2,7 @@
 // out through the door; and the same states, and a stirred one, of 1, 12 and 114 such boxes side by
 // side: 880, 10 560 and 100 320 crescents. One core unless FIRN_THREADS says otherwise.
 //
-// The settled bed is made once by filling (about 15 s) and kept beside the program, together with
+// The settled bed is made once by filling (about 15 s) and kept next to the program, together with
 // files for other programs: bed.csv (pose of every crescent), hull_bed.csv (pose of every convex
 // hull of a crescent, settled by Firn too) and crescent.json (the shape).
 #include <benchmark/benchmark.h>
@@ -124,7 +124,7 @@ double time_used() {
   return 1e6 * static_cast<double>(t.tv_sec) + 1e-3 * static_cast<double>(t.tv_nsec);
 }
 
-void tell(benchmark::State& state, const Solver& solver) {
+void add_counters(benchmark::State& state, const Solver& solver) {
   state.counters["patches"] = static_cast<double>(solver.diagnostics().patches);
   state.counters["points"] = static_cast<double>(solver.diagnostics().points);
   state.counters["kinetic_J"] = solver.energy().kinetic;
@@ -138,7 +138,7 @@ void time_steps(benchmark::State& state, Solver& solver) {
   for (auto _ : state) solver.step_deferred();
   state.counters["us/particle/step"] =
       (time_used() - begin) / cubes / static_cast<double>(state.iterations());
-  tell(state, solver);
+  add_counters(state, solver);
 }
 
 void SettledBox(benchmark::State& state) {
@@ -164,7 +164,7 @@ int steps_of_round() {
   return wish ? std::atoi(wish) : 200;
 }
 
-// By itself, so that valgrind can be told to count here alone.
+// A separate function, so that valgrind can count in it alone.
 [[gnu::noinline]] void take_steps(Solver& solver, int steps) {
   for (int k = 0; k < steps; ++k) solver.step_deferred();
 }
@@ -194,7 +194,7 @@ void tiles(benchmark::State& state, beds::Bed bed) {
   state.counters["cubes"] = cubes;
   state.counters["bytes/particle"] =
       (taken() - before - static_cast<double>(beginning.size())) / cubes;
-  tell(state, solver);
+  add_counters(state, solver);
 }
 void TiledSettled(benchmark::State& state) { tiles(state, beds::Bed::settled); }
 void TiledDischarging(benchmark::State& state) { tiles(state, beds::Bed::discharging); }

@@ -1,4 +1,4 @@
-// Two fixed scenes of 200 crescents for counting instructions (see `guard` beside this file):
+// Two fixed scenes of 200 crescents for counting instructions (see `guard` in this folder):
 //   step_counts make FOLDER    lets them fall, and keeps the states at 0.2 s (falling) and at 1 s
 //                              (settled)
 //   step_counts SCENE FOLDER [STATISTICS]   100 steps of one of them; prints what ran. STATISTICS:

@@ -23,7 +23,7 @@ double heap(const Values& v) {
 }
 double slide(const Values& v) { return std::atan(v.at("a.mu2")) * 180 / M_PI; }
 
-// Told apart by the case: a run is given the keys of its own experiment only.
+// The keys distinguish the experiments: a run is given only those of its case.
 JobResult bench(const Values& v, std::mt19937_64& random) {
   if (!v.contains("a.mu1"))
     return finished({scalar("slide_angle", slide(v) + 0.3 * normal(random), "deg"),
@@ -144,7 +144,7 @@ TEST(MeasurementValue, OfAGaussianInClosedForm) {
       "0\nmax = 1\n[[targets]]\nresponse = \"y\"\nvalue = 0.5\nuncertainty = 0.05\n";
   const json j =
       json::parse(run_study(folder.write("study.toml", text), folder / "out", experiment).json);
-  // 1024 samples tell s^2 to 6 % or so, and so the bits to 0.02.
+  // 1024 samples determine s^2 to about 6 %, and so the bits to 0.02.
   EXPECT_NEAR(j["measure_next"][0]["information_bits"], 0.5 * std::log2(2.0), 0.06);
   EXPECT_NEAR(j["measure_next"][0]["remaining_extent"], std::sqrt(0.5), 0.02);
 }

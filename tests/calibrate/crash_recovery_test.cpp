@@ -292,7 +292,7 @@ TEST_F(KillTest, ARunThatTimedOutGoesOnUnderAHigherLimit) {
 
 TEST_F(KillTest, AFolderThatCannotBeWrittenIsOneClearLine) {
   folder_.write("study.toml", study_text(3, 1, 0, 2));
-  // Nobody may write here, root included.
+  // No process may write here, not even as root.
   EXPECT_EQ(run("/proc/self"), 2);
   EXPECT_THAT(err(), HasSubstr("/proc/self"));
   EXPECT_EQ(run("/proc/firn/in/it"), 2);

@@ -348,18 +348,19 @@ LocalNoise scattered(int sites, int seeds, double factor, std::uint64_t seed) {
   return LocalNoise(all);
 }
 
-TEST(Noise, ThatDiffersFromPlaceToPlaceIsModelledSo) {
-  int uniform_ones = 0, local_ones = 0, told = 0;
+TEST(Noise, ThatDiffersFromPlaceToPlaceIsModeledSo) {
+  int uniform_ones = 0, local_ones = 0, distinct = 0;
   for (std::uint64_t s = 0; s < 40; ++s) {
     uniform_ones += scattered(20, 2, 1, s).uniform();
     const LocalNoise local = scattered(30, 3, 50, s);
     if (local.uniform()) continue;
     ++local_ones;
-    told += local.factor(Eigen::Vector2d(0.8, 0.8)) > 3 * local.factor(Eigen::Vector2d(0.2, 0.2));
+    distinct +=
+        local.factor(Eigen::Vector2d(0.8, 0.8)) > 3 * local.factor(Eigen::Vector2d(0.2, 0.2));
   }
   EXPECT_GE(uniform_ones, 37);
   EXPECT_GE(local_ones, 36);
-  EXPECT_GE(told, 34);
+  EXPECT_GE(distinct, 34);
   EXPECT_TRUE(LocalNoise().uniform());
   EXPECT_EQ(LocalNoise().factor(Eigen::Vector2d(0.5, 0.5)), 1);
 }
@@ -435,8 +436,9 @@ TEST(Border, ACombinationIsNotStatedMorePreciselyThanTheValleyIsStraight) {
     if (!c["identifiable"].get<bool>()) continue;
     const double truth = c["terms"][0]["coefficient"].get<double>() * a +
                          c["terms"][1]["coefficient"].get<double>() * b;
-    const bool told = o.summary.table.find("bend away from it") != std::string::npos;
-    off += !told && std::abs(truth - c["value"].get<double>()) > 2 * c["uncertainty"].get<double>();
+    const bool warned = o.summary.table.find("bend away from it") != std::string::npos;
+    off +=
+        !warned && std::abs(truth - c["value"].get<double>()) > 2 * c["uncertainty"].get<double>();
     EXPECT_GE(c["uncertainty"], c["uncertainty_near_estimate"]);
   }
   EXPECT_EQ(off, 0);

@@ -34,7 +34,7 @@ struct SimulatedProblem {
   int repeats = 0;               // runs at the truth that make the measurement
   std::vector<Override> limits;  // of the study's runs alone: the truth is simulated without
   std::string budget;            // keys of [budget]
-  int fresh = 0;  // runs at the answer that nobody has seen, to judge its confirmation
+  int fresh = 0;  // runs at the answer that the study has not used, to judge its confirmation
   // All studies begin with the same runs and differ in truth, measurement and refinement.
   bool same_design = false;
 };

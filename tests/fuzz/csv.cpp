@@ -20,7 +20,7 @@ constexpr const char* kKinds[] = {
     "kind = \"curve\"\nresponse = \"r\"\nx = \"time\"\nx_unit = \"s\"\ny = \"way\"\nunit = \"m\"\n"
     "repeat = \"class\"\n"};
 
-// Parsed once: the input is the CSV file beside them.
+// Parsed once: the input is the CSV file that they name.
 struct Kinds {
   Kinds() {
     for (const char* kind : kKinds)

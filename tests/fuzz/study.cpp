@@ -1,4 +1,4 @@
-// Study files, beside a case and a measurement that exist.
+// Study files, with a case and a measurement that exist.
 #include <cmath>
 
 #include "calibrate/study/study_file.h"

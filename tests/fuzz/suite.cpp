@@ -1,4 +1,4 @@
-// Suite files of validations, beside a case and measurements that exist.
+// Suite files of validations, with a case and measurements that exist.
 #include <cmath>
 
 #include "experiments/responses/response_expression.h"

@@ -1,4 +1,4 @@
-// Sweep files, beside a case that exists.
+// Sweep files, with a case that exists.
 #include "experiments/batch/sweep/sweep.h"
 
 #include "tests/fuzz/fuzz_target.h"

@@ -1,4 +1,4 @@
-// Colors of plots and of replays: told apart by the color-blind, by day and by night.
+// Colors of plots and of replays: distinguishable for the color-blind, by day and by night.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -331,7 +331,7 @@ class ResultsMutator {
     switch (draw_(7)) {
       case 0:
         nest_groups(path_ + ".group", 3 + draw_(200));
-        return "groups beside it";
+        return "groups next to it";
       case 1:
         remove(path_);
         nest_groups(path_, 1 + draw_(3));
@@ -352,7 +352,7 @@ class ResultsMutator {
         return "external link";
       case 5:
         H5Lcreate_hard(file_, "/", file_, (path_ + ".loop").c_str(), H5P_DEFAULT, H5P_DEFAULT);
-        return "a loop beside it";
+        return "a loop next to it";
       default: {
         const std::string other = paths_[draw_(paths_.size())];
         H5Lmove(file_, path_.c_str(), file_, (path_ + ".moved").c_str(), H5P_DEFAULT, H5P_DEFAULT);

@@ -27,9 +27,9 @@ inline MaterialRecord published_record(const std::string& name = "ice-steel") {
       {"ice_steel", {"interactions.ice-steel.static_friction"}, 0.3, "1", {}, {}, "dry"},
       {"modulus", {"materials.ice.young_modulus"}, 0.01, "GPa", {}, {}, ""}};
   r.properties = {{"strength", 5.0, 0.5, Interval{1.0, 25.0}, "MPa", "-10 C", ""},
-                  {"colour", {}, {}, {}, "", "", "white"}};
+                  {"color", {}, {}, {}, "", "", "white"}};
   r.scope = {{"shape", "cubes"}};
-  r.provenance.author = "somebody";
+  r.provenance.author = "an author";
   r.provenance.date = "2026-11-21";
   r.provenance.source = "a book, table 3";
   return r;

@@ -157,7 +157,7 @@ double draw(Dice& d, Family family) {
   return 10 * std::exp(0.5 * d.normal());
 }
 
-// n measured values beside five runs of n, of which those of a run share a part of their scatter.
+// n measured values, and five runs of n: the values of a run share a part of their scatter.
 struct Samples {
   RunGroup base;
   MeasuredData data;
@@ -212,7 +212,7 @@ V open_times(Dice& d, int n, Truth truth) {
   return distribution_verdict(data, base);
 }
 
-// n things in five classes, beside five runs of n; `clumps` of so many of one class together.
+// n things in five classes, and five runs of n. `clump` things in succession are of one class.
 V classes(Dice& d, int n, Truth truth, int clump) {
   const auto count = [&](const std::array<double, 5>& share) {
     Values counts(5, 0);

@@ -1,4 +1,4 @@
-// What a study may say, and how it is told when it says something else.
+// What a study file may contain, and the errors that are reported for anything else.
 #include "calibrate/study/study_file.h"
 
 #include <gmock/gmock.h>

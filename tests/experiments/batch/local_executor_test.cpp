@@ -95,7 +95,7 @@ TEST_F(LocalExecutorTest, ARunOverItsTimeIsToldToSaveAndIsTimedOut) {
 
 TEST_F(LocalExecutorTest, ARunOverItsMemoryIsKilled) {
   limits_.memory = 200e6;  // above what a sanitizer needs before the shell starts
-  // A shell that doubles a text until somebody stops it.
+  // A shell that doubles a text until it is stopped.
   const auto results =
       run("case $2 in *job0.toml) exit 2;; esac; "
           "x=aaaaaaaa; while [ ${#x} -lt 400000000 ]; do x=$x$x; done; sleep 20\n",

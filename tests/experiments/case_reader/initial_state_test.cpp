@@ -223,7 +223,7 @@ TEST_F(StartTest, ResolvedCaseNeedsTheFileNoMore) {
     EXPECT_EQ(again.placed[i].orientation.coeffs(), c.placed[i].orientation.coeffs());
     EXPECT_EQ(again.placed[i].velocity, c.placed[i].velocity);
   }
-  // Who asks for another instant gets it, or is told that there is none.
+  // A request for another time is not ignored. It is an error if there is no state at that time.
   EXPECT_THROW(read_case_text(c.resolved, "again.toml", "/", {{"initial_state.time", "0.1 s"}}),
                InputError);
 }

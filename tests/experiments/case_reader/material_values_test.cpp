@@ -203,7 +203,7 @@ TEST_F(MaterialApplication, WhatDoesNotFitIsTold) {
               HasSubstr("c.toml:4"));
 }
 
-// Keys about materials that the case does not have are told, not lost in silence.
+// Keys about materials that the case does not have are reported, not silently ignored.
 TEST_F(MaterialApplication, KeysWithoutAPlaceAreTold) {
   const std::string laws =
       "[interactions.ice-steel]\nstatic_friction = 0.1\nrestitution = 0.4\n"

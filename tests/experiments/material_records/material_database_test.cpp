@@ -107,7 +107,7 @@ TEST(MaterialDatabase, RowsCannotBeChanged) {
   EXPECT_TRUE(MaterialDatabase(folder / "m.db").integrity_errors("ice-steel").empty());
 }
 
-// Somebody determined removes the trigger first; the hashes tell.
+// Deliberate changes are possible once the triggers are removed. The hashes reveal them.
 TEST(MaterialDatabase, TamperingIsFound) {
   const ScratchFolder folder("tampered");
   {
@@ -172,7 +172,7 @@ TEST(MaterialDatabaseStress, EveryVersionOfManyWritersIsThereOnce) {
         r.note = std::to_string(w) + "/" + std::to_string(i);
         if (database.add({r}).front().record.note != r.note) return 1;
         if (!database.integrity_errors("ice-steel").empty())
-          return 2;  // as everybody sees it meanwhile
+          return 2;  // checked while the others write
       }
       return 0;
     }));
@@ -186,9 +186,9 @@ TEST(MaterialDatabaseStress, EveryVersionOfManyWritersIsThereOnce) {
   EXPECT_EQ(notes.size(), static_cast<std::size_t>(writers * versions));
 }
 
-TEST(MaterialDatabaseStress, AKilledWriterLosesNothingThatItTold) {
+TEST(MaterialDatabaseStress, AKilledWriterLosesNothingThatItConfirmed) {
   const ScratchFolder folder("killed");
-  std::size_t told = 0;
+  std::size_t confirmed = 0;
   for (int round = 0; round < 8; ++round) {
     int channel[2];
     ASSERT_EQ(pipe(channel), 0);
@@ -202,17 +202,18 @@ TEST(MaterialDatabaseStress, AKilledWriterLosesNothingThatItTold) {
     close(channel[1]);
     char byte = 0;
     ASSERT_EQ(read(channel[0], &byte, 1), 1);  // it is at work
-    ++told;
+    ++confirmed;
     std::this_thread::sleep_for(std::chrono::microseconds(1700 * round));
     kill(pid, SIGKILL);
     EXPECT_EQ(wait_for(pid), 128 + SIGKILL);
-    while (read(channel[0], &byte, 1) == 1) ++told;
+    while (read(channel[0], &byte, 1) == 1) ++confirmed;
     close(channel[0]);
     const MaterialDatabase database(folder / "m.db");
     EXPECT_TRUE(database.integrity_errors("ice-steel").empty());
     const std::size_t kept = database.history("ice-steel").size();
-    EXPECT_GE(kept, told);
-    EXPECT_LE(kept, told + static_cast<std::size_t>(round) + 1);  // one untold each at most
+    EXPECT_GE(kept, confirmed);
+    // At most one unconfirmed version per round.
+    EXPECT_LE(kept, confirmed + static_cast<std::size_t>(round) + 1);
   }
   sqlite::File raw(folder / "m.db", sqlite::File::Access::read);
   sqlite::Statement check(raw, "PRAGMA integrity_check");
@@ -244,7 +245,7 @@ TEST(MaterialDatabase, AFullDiskIsToldAndLosesNothing) {
   EXPECT_NO_THROW(database.add({published_record()}));
 }
 
-// Nobody but its owner can write there, and no log lies beside it.
+// The reader may not write there, and the folder has no log file of the database.
 TEST(MaterialDatabase, AReadOnlyFolderCanBeRead) {
   const ScratchFolder folder("readonly");
   MaterialDatabase(folder / "m.db", Access::write).add({published_record()});

@@ -220,8 +220,8 @@ TEST(MaterialJson, MistakesAreToldWithTheirPlace) {
   EXPECT_THAT(reading("[]"), HasSubstr("r.json: document: is an array; expected an object"));
   EXPECT_THAT(reading("{}"), HasSubstr("r.json: format: missing"));
   EXPECT_THAT(reading_with("/format_version", 3), HasSubstr("of a newer Firn"));
-  EXPECT_THAT(reading_with("/records/0/colour", 1),
-              HasSubstr("records.0: unknown key \"colour\"; the nearest known one is"));
+  EXPECT_THAT(reading_with("/records/0/color", 1),
+              HasSubstr("records.0: unknown key \"color\"; the nearest known one is"));
   EXPECT_THAT(reading_with("/records/0/parameters/1/value", "0.1"),
               HasSubstr("r.json: records.0.parameters.1.value: is \"0.1\"; expected a number"));
   EXPECT_THAT(reading_with("/records/0/parameters/0/interval_95", Json::array({1})),

@@ -130,9 +130,9 @@ TEST(MeshUnion, OfShellsInOnePlaneAndInsideEachOther) {
 TEST(MeshUnion, RefusesWhatHasNoUnion) {
   const Box cube{Vec3::Zero(), Vec3::Constant(1)};
   const Box corner{Vec3(1, 1, 0), Vec3(2, 2, 1)};
-  const Box beside{Vec3(1, 0, 0), Vec3(2, 1, 1)};
+  const Box adjacent{Vec3(1, 0, 0), Vec3(2, 1, 1)};
   EXPECT_THROW(unite(mesh_of({cube, corner})), InputError) << "boxes that share an edge";
-  EXPECT_THROW(unite(mesh_of({cube, beside})), InputError) << "boxes that share a face";
+  EXPECT_THROW(unite(mesh_of({cube, adjacent})), InputError) << "boxes that share a face";
   TriangleMesh open = mesh_of({cube});
   open.triangles.pop_back();
   EXPECT_THROW(unite(open), InputError);

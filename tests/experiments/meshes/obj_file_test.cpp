@@ -57,7 +57,7 @@ class ObjFile : public ResultsFolder {
   }
 };
 
-TEST_F(ObjFile, GivesASoundSolidInMetres) {
+TEST_F(ObjFile, GivesASoundSolidInMeters) {
   const TriangleMesh mesh = read(kBox);
   EXPECT_TRUE(inspect(mesh).sound()) << inspect(mesh).sentence();
   EXPECT_EQ(mesh.triangles.size(), 12u);

@@ -256,7 +256,7 @@ TEST(BoundaryMesh, ClosedConcaveMeshIsAShell) {
   for (const auto& part : parts) EXPECT_GE(part.internal_normals.size(), 3u);
 }
 
-TEST(BoundaryMesh, RefusesNeighboursThatFaceOppositeWays) {
+TEST(BoundaryMesh, RefusesNeighborsThatFaceOppositeWays) {
   TriangleMesh mesh = two_triangles(0, 0);
   std::swap(mesh.triangles[1][0], mesh.triangles[1][1]);
   EXPECT_THROW(boundary_parts(mesh, 0.1), InputError);

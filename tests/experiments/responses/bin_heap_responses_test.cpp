@@ -40,7 +40,7 @@ region_max = "200 70 800 mm"
 peak = "0 mm"
 peak_margin = "0 mm"
 end_margin = "0 mm"
-[[particles]]                     # beside the bin
+[[particles]]                     # next to the bin
 shape = "brick"
 position = "300 0 505 mm"
 )";

@@ -86,7 +86,7 @@ std::string complaint(const std::string& text) {
   return "none";
 }
 
-TEST(BondCase, NeighboursOfEachBatchAreJoined) {
+TEST(BondCase, NeighborsOfEachBatchAreJoined) {
   const Case c = read(joined());
   ASSERT_EQ(c.model.bonds.size(), 6u);
   const int pairs[6][2] = {{0, 1}, {1, 2}, {2, 3}, {4, 5}, {5, 6}, {6, 7}};

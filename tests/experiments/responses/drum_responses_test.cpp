@@ -73,7 +73,7 @@ TEST(DrumResponses, NeedTenFrames) {
       InputError);
 }
 
-// Spheres that fall one behind the other, 10 ms apart: their mass a second, whoever is first.
+// Spheres move one behind the other, 10 ms apart. The mass flow is the mass of one over that time.
 TEST(MassFlow, OfAStreamIsItsRate) {
   std::string text = R"([case]
 duration = "0.6 s"

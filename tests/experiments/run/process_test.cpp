@@ -450,7 +450,7 @@ point = "-1 0 0 m"
 shape = "cube"
 position = "0 0 0.5 m"
 )");
-  // The mesh is looked for beside the file that names it.
+  // The path of the mesh is relative to the file that names it.
   const std::string file = (directory_ / "case.toml").string();
   try {
     read_case(file);

@@ -285,7 +285,7 @@ TEST_F(RunTest, ResumeTidiesARunKilledAtItsEnd) {
   expect_equal_datasets(options("whole.h5").results_file, options("cut.h5").results_file);
 }
 
-// The copy beside a killed run is what a later one keeps of it.
+// A killed run leaves a copy next to its results file. A later run keeps that copy.
 TEST_F(RunTest, NewRunKeepsAKilledOneWhole) {
   Case c = tray();
   c.duration = 0.02;

@@ -21,7 +21,7 @@ void expect_in(const std::string& text, const std::string& word) {
   EXPECT_TRUE(text.find(word) != std::string::npos) << word;
 }
 
-// Two cubes come one after the other, fall through a gate and onto a floor beside a moving panel.
+// Two cubes come one after the other, fall through a gate and onto a floor next to a moving panel.
 constexpr const char* kFall = R"(
 [case]
 name = "two <fall> & \"rest\""
@@ -183,7 +183,7 @@ TEST_F(RunPage, PlaysInABrowser) {
   expect_in(view, "data-frames=\"61\"");
   expect_in(view, "data-shown=\"2\"");
   expect_in(view, "in \"half way\"");
-  // Centre 0.3 m lower: sqrt(2 h / g) = 0.2473 s, looked at every 16 steps.
+  // Center 0.3 m lower: sqrt(2 h / g) = 0.2473 s, looked at every 16 steps.
   expect_in(view, "0.248 s");
 }
 

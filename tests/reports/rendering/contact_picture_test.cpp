@@ -45,7 +45,7 @@ std::string text_of(const std::string& file) {
   return text.str();
 }
 
-TEST(ContactPicture, NamesNeighboursAndTheirForces) {
+TEST(ContactPicture, NamesNeighborsAndTheirForces) {
   const Case c = tower();
   const Solver solver = standing(c);
   const std::string file = test::scratch_path("contacts.svg");

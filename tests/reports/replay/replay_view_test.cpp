@@ -58,7 +58,7 @@ class ReplayPage : public ResultsFolder {
     ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
   }
   // A page with so many replays of the run, "one", "two" ..., and what a test does in it. The end
-  // of `script` tells its findings to the document's title.
+  // of `script` writes its findings to the document's title.
   std::string written(int replays, const std::string& script) const {
     const Recording recording(path("hit.h5"));
     const Case c = recording.read_case();
@@ -108,23 +108,23 @@ setTimeout(look, 500);
 TEST_F(ReplayPage, OfSeveralOnlyTheLastThreeAreLive) {
   if (!has_browser()) GTEST_SKIP() << "chromium is not installed: replays are not opened";
   const std::string dom = document_of(written(4, R"(
-const all = [...document.querySelectorAll('.replay')], told = [];
+const all = [...document.querySelectorAll('.replay')], found = [];
 const ready = (root) => new Promise((done) => {
   const look = () => root.dataset.ready === 'yes' ? done() : setTimeout(look, 20);
   look();
 });
 (async () => {
-  told.push(all.map((root) => root.querySelectorAll('canvas').length).join(''));
+  found.push(all.map((root) => root.querySelectorAll('canvas').length).join(''));
   for (const root of all) {
     root.querySelector('button').click();
     await ready(root);
   }
-  told.push(all.map((root) => root.querySelectorAll('canvas').length).join(''));
-  told.push(all[0].querySelector('button').textContent);
+  found.push(all.map((root) => root.querySelectorAll('canvas').length).join(''));
+  found.push(all[0].querySelector('button').textContent);
   location.hash = 'replay=n1&t=0.1';
   await ready(all[0]);
-  told.push(all.map((root) => root.querySelectorAll('canvas').length).join(''));
-  document.title = told.join(' | ');
+  found.push(all.map((root) => root.querySelectorAll('canvas').length).join(''));
+  document.title = found.join(' | ');
 })();
 )"));
   EXPECT_EQ(title_of(dom), "0000 | 0111 | Show again the replay of run 1 (0.1 MB) | 1011");
@@ -148,26 +148,26 @@ const finger = (type, id, x, y) => root.querySelector('canvas').dispatchEvent(ne
 const look = () => {
   if (root.dataset.ready !== 'yes') return setTimeout(look, 20);
   const canvas = root.querySelector('canvas'), action = () => getComputedStyle(canvas).touchAction;
-  const told = [action()], begin = view();
+  const found = [action()], begin = view();
   finger('pointerdown', 1, 100, 100);
   finger('pointermove', 1, 100, 160);
   finger('pointercancel', 1, 100, 160);  // as when the browser scrolls
-  told.push(view()[1] === begin[1] ? 'the page scrolls' : 'not', document.activeElement === canvas ? 'held' : 'free');
+  found.push(view()[1] === begin[1] ? 'the page scrolls' : 'not', document.activeElement === canvas ? 'held' : 'free');
   finger('pointerdown', 1, 100, 100);
   finger('pointermove', 1, 160, 100);
   finger('pointerup', 1, 160, 100);
   const turned = view();
-  told.push(turned[0] < begin[0] ? 'turned' : 'not', turned[2] === begin[2] ? 'as far' : 'not');
-  told.push(document.activeElement === canvas ? action() : 'not in hand');
+  found.push(turned[0] < begin[0] ? 'turned' : 'not', turned[2] === begin[2] ? 'as far' : 'not');
+  found.push(document.activeElement === canvas ? action() : 'not in hand');
   finger('pointerdown', 1, 100, 100);
   finger('pointerdown', 2, 200, 100);
   finger('pointermove', 2, 300, 100);
   finger('pointerup', 2, 300, 100);
   finger('pointerup', 1, 100, 100);
   const near = view();
-  told.push(Math.abs(2 * near[2] / turned[2] - 1) < 0.01 ? 'twice as near' : 'not');
-  told.push(near[0] === turned[0] ? 'not turned' : 'turned', near[3] !== turned[3] ? 'moved' : 'not');
-  document.title = told.join(' | ');
+  found.push(Math.abs(2 * near[2] / turned[2] - 1) < 0.01 ? 'twice as near' : 'not');
+  found.push(near[0] === turned[0] ? 'not turned' : 'turned', near[3] !== turned[3] ? 'moved' : 'not');
+  document.title = found.join(' | ');
 };
 look();
 )"));

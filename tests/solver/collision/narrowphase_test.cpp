@@ -54,7 +54,7 @@ Load load(const std::vector<Manifold>& manifolds) {
   return out;
 }
 
-TEST(Collide, SpheresMeetOnTheLineOfTheirCentres) {
+TEST(Collide, SpheresMeetOnTheLineOfTheirCenters) {
   const ConvexPart a = sphere_part(Vec3(1e-3, 0, 0), 5e-3), b = sphere_part(Vec3::Zero(), 3e-3);
   // Centers 3-4-12 mm apart, 13 mm.
   const Manifold m = meet(a, b, at({4e-3, 4e-3, 12e-3}), 6e-3);

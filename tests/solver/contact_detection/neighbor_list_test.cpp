@@ -265,7 +265,7 @@ TEST(Neighbors, NewListTakesOverWhatTheOldOneKnew) {
     State& s = scene.state;
     Workspace w(scene.model);
     update_neighbor_list(scene.model, w, s);
-    // Marks that tell whose they are. Every third pair has patches, of one to three points.
+    // Marks that identify their pairs. Every third pair has patches, of one to three points.
     const auto mark = [](const Pair& p) { return 1000.0 * p.a + p.b; };
     for (std::size_t k = 0; k < s.pairs.size(); ++k) {
       Pair& pair = s.pairs[k];

@@ -228,7 +228,7 @@ TEST(MotionLists, WayCoveredIsTheSumOfItsSteps) {
 
 // The center of a later motion goes along: a disk that slides and turns stays a disk about its
 // axle.
-TEST(MotionLists, SlidingDiskTurnsAboutItsMovedCentre) {
+TEST(MotionLists, SlidingDiskTurnsAboutItsMovedCenter) {
   Motion slide, turn;
   slide.velocity = Vec3(0.1, 0, 0);
   turn.kind = Motion::Kind::rotation;

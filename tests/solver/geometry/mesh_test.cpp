@@ -76,7 +76,7 @@ TEST(Inspect, MissingTriangleLeavesThreeOpenEdges) {
   EXPECT_EQ(inspect(mesh).sentence(), "3 open edges");
 }
 
-TEST(Inspect, TurnedTriangleIsFlippedAgainstThreeNeighbours) {
+TEST(Inspect, TurnedTriangleIsFlippedAgainstThreeNeighbors) {
   TriangleMesh mesh = unit_cube();
   std::swap(mesh.triangles[0][0], mesh.triangles[0][1]);
   const MeshDefects defects = inspect(mesh);

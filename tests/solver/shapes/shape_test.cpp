@@ -213,7 +213,7 @@ class CrescentParts : public testing::TestWithParam<std::tuple<int, double>> {
   Shape shape;
 };
 
-TEST_P(CrescentParts, NeighboursShareTheirSeamExactly) {
+TEST_P(CrescentParts, NeighborsShareTheirSeamExactly) {
   ASSERT_EQ(static_cast<int>(shape.parts.size()), parameters.parts);
   for (int i = 0; i + 1 < parameters.parts; ++i) {
     const ConvexPart &left = shape.parts[i], &right = shape.parts[i + 1];
@@ -229,7 +229,7 @@ TEST_P(CrescentParts, NeighboursShareTheirSeamExactly) {
   }
 }
 
-TEST_P(CrescentParts, NeighboursAreThoseNextToEachOther) {
+TEST_P(CrescentParts, NeighborsAreThoseNextToEachOther) {
   const std::uint64_t all = (std::uint64_t{1} << parameters.parts) - 1;
   for (int i = 0; i < parameters.parts; ++i) {
     const std::uint64_t three = i == 0 ? 3 : std::uint64_t{7} << (i - 1);

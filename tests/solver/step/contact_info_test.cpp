@@ -1,4 +1,5 @@
-// What the solver tells of its contacts: closed forms, and that they are the forces it moves by.
+// What the solver reports of its contacts: closed forms, and equality with the forces that move the
+// bodies.
 #include <gtest/gtest.h>
 
 #include <cmath>

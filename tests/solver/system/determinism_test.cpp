@@ -309,7 +309,7 @@ TEST(Checkpoint, StateOfAnotherModelOrDamagedBytesAreRefused) {
 }
 
 // Nothing but gravity works on crescents in a box at rest: kinetic, potential and elastic energy
-// together can only fall. Where a contact's touching set changes its springs are shared out anew,
+// together can only fall. Where a contact's touching set changes its springs are distributed again,
 // which may store a little: a thousandth of what is lost.
 TEST(Energy, NeverGrowsInAClosedBox) {
   Solver solver = filled(small_box(30), 0.35, 5);
@@ -331,9 +331,10 @@ TEST(Energy, NeverGrowsInAClosedBox) {
   EXPECT_LT(solver.diagnostics().largest_overlap, 1e-3);
 }
 
-// A bed that is placed anew as it lay gets springs that nothing had to load: they give more than
-// they ever take. It stirs, comes to rest, and is no alarm.
-TEST(Energy, BedPlacedAnewComesToRestWithoutAlarm) {
+// The particles of a bed are inserted again at the same places. No work has loaded their new
+// springs, which therefore give more energy than they take. The bed moves, comes to rest, and
+// raises no alarm.
+TEST(Energy, BedInsertedAgainComesToRestWithoutAlarm) {
   constexpr int kCubes = 100;
   Model model = small_box(kCubes);
   model.timestep = 2e-5;
@@ -399,7 +400,7 @@ Push side_on_side(int parts) {
   model.gravity.setZero();
   model.timestep = 1e-6;
   Solver solver(model);
-  // The second one lies upside down beside the first, so that the leaning sides are parallel.
+  // The second one lies upside down next to the first, so that the leaning sides are parallel.
   const Vec3 normal(0, std::cos(p.draft), -std::sin(p.draft));
   const Vec3 along = normal.cross(Vec3::UnitX());
   Pose second;

@@ -23,9 +23,10 @@ Solver fill(double contact_update_fraction, double duration, std::uint64_t seed)
   return solver;
 }
 
-// Finding every contact anew at every step and finding them when they can have changed are one
-// physics. Single trajectories part after a few impacts, so beds from the same starts are compared
-// in the mean: a difference beyond three standard errors and half a percent is one of physics.
+// Searching for every contact at every step and searching when contacts can have changed give the
+// same physics. Single trajectories part after a few impacts, so beds from the same starts are
+// compared in the mean: a difference beyond three standard errors and half a percent is one of
+// physics.
 struct Bed {
   double kinetic = 0, gravitational = 0, dissipated = 0;  // J
 };
@@ -55,7 +56,7 @@ void expect_alike(const std::vector<Bed>& a, const std::vector<Bed>& b, double B
     scatter += d * d;
   }
   const double error = std::sqrt(scatter / (n * (n - 1)));
-  EXPECT_LT(error, 0.02 * mean);  // or the test could not tell
+  EXPECT_LT(error, 0.02 * mean);  // more scatter would hide a difference
   EXPECT_LT(std::abs(difference), 0.005 * mean + 3 * error)
       << "mean " << mean << ", difference " << difference << " ± " << error;
 }

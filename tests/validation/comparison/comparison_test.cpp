@@ -76,7 +76,7 @@ TEST_F(Comparisons, OfAValueAddUpItsUncertainties) {
   double sum = 0;
   for (const UncertaintyComponent& p : v.components) sum += *p.value * *p.value;
   EXPECT_NEAR(v.uncertainty, std::sqrt(sum), 1e-12);
-  EXPECT_GT(v.expanded, 2 * v.uncertainty);  // six draws tell most of it
+  EXPECT_GT(v.expanded, 2 * v.uncertainty);  // most of it is from six draws
   EXPECT_EQ(v.p_value, 1);                   // no difference
   EXPECT_EQ(c.verdict, ValidationVerdict::consistent);
   EXPECT_FALSE(v.area);  // a mean and a scatter are no distribution
@@ -356,7 +356,7 @@ TEST_F(Comparisons, OfDataGoBeyondTheWords) {
   what.measurement.data = data;
   EXPECT_EQ(result().verdict, ValidationVerdict::consistent);
   EXPECT_EQ(result().distribution->simulated.size(), 18u);
-  EXPECT_NEAR(result().distribution->area, 0.1, 1e-9);  // 1, 2, 3 beside 1.1, 2.1, 2.9
+  EXPECT_NEAR(result().distribution->area, 0.1, 1e-9);  // 1, 2, 3 and 1.1, 2.1, 2.9
   what.measurement.data->values = {11, 12, 13};
   EXPECT_EQ(result().verdict, ValidationVerdict::inconsistent);
 }
@@ -484,7 +484,7 @@ TEST_F(Comparisons, OfDamageGiveBoundsAndAnAssumption) {
     return c.verdict;
   };
   EXPECT_EQ(verdict({2000, 10}), ValidationVerdict::consistent);
-  // Seven tests do not tell that nothing weaker exists.
+  // Seven tests do not show that nothing weaker exists.
   EXPECT_EQ(verdict({300, 10}), ValidationVerdict::inconclusive);
   what.expects_breakage = false;
   EXPECT_EQ(verdict({2000, 10}), ValidationVerdict::inconsistent);

@@ -151,9 +151,9 @@ TEST(Damage, WeibullIsFoundFromValuesAndFromTheirSummary) {
   const BreakageProbability p = breakage_weibull({{load}}, fit);
   EXPECT_LT(p.each.low, truth);
   EXPECT_GT(p.each.high, truth);
-  // Smallest, largest and mean tell less, but nothing else.
-  Measurement told = summary(60, all.minimum, all.maximum, all.value);
-  const WeibullFit less = fit_weibull(told);
+  // Smallest, largest and mean contain less information: a wider interval, which covers the truth.
+  Measurement summarized = summary(60, all.minimum, all.maximum, all.value);
+  const WeibullFit less = fit_weibull(summarized);
   EXPECT_LT(less.shape_95.low, shape);
   EXPECT_GT(less.shape_95.high, shape);
   EXPECT_GT(less.shape_95.high / less.shape_95.low, fit.shape_95.high / fit.shape_95.low);
@@ -192,7 +192,7 @@ TEST(Censored, KaplanAndMeierAsPrinted) {
     EXPECT_NEAR(1 - s.share[i], inside[i], 1e-4);
     EXPECT_NEAR(s.error[i], error[i], 1e-4);
   }
-  // Nobody left out: the share of those at or below.
+  // Without censored times it is the share of those at or below.
   EXPECT_NEAR(kaplan_meier(placebo).share[2], 5.0 / 21, 1e-12);
   EXPECT_NEAR(kaplan_meier(placebo).share.back(), 1, 1e-12);
 }

@@ -128,7 +128,7 @@ TEST(ValueApart, IsFoundAmongValuesOfSeveralKinds) {
   EXPECT_LE(false_alarms, 0.06 * trials);
   EXPECT_GE(found, 0.95 * 0.75 * trials);
   EXPECT_LE(masked, 0.02 * trials);
-  EXPECT_FALSE(value_apart({1, 1, 1, 10}));  // four values tell nothing
+  EXPECT_FALSE(value_apart({1, 1, 1, 10}));  // four values are too few
   EXPECT_EQ(value_apart({1, 1, 1, 1, 10}), 10);
   EXPECT_FALSE(value_apart({1, 1, 1, 1, 1}));
 }
