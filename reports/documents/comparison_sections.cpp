@@ -161,7 +161,7 @@ void distribution_content(const Sets& sets, page::Content& content) {
     if (d.classes.size() > bars.categories.size()) bars.categories = d.classes;
     if (response.empty()) {
       response = d.response;
-      bars.x_label = response;
+      bars.x_label = page::words(response);
       steps.x = {response, d.unit, false, {}, {}};
       measured = !d.measured.empty();
       if (measured) {
