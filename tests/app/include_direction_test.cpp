@@ -93,10 +93,11 @@ const std::vector<std::pair<std::string, std::set<std::string>>> folders = {
 
     {"app/support", {"experiments/batch", "experiments/material_records", "reports/documents"}},
     {"app/output", {"app/support"}},
-    {"app/commands",
-     {"app/output", "calibrate", "calibrate/optimization", "experiments/batch/sweep",
-      "experiments/export", "photo", "validation"}},
-    {"app", {"app/commands"}},
+    {"app/commands", {"app/output", "experiments/export", "photo"}},
+    {"app/batch_commands",
+     {"app/commands", "calibrate", "calibrate/optimization", "experiments/batch/sweep",
+      "validation"}},
+    {"app", {"app/batch_commands"}},
 
     // The public library: its headers need those of the solver alone.
     {"library/include/firn/experiments", {"solver/include/firn"}},
