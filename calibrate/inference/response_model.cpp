@@ -55,9 +55,11 @@ std::vector<NoiseSite> noise_sites(const ResponseModel& m, const SurrogateData& 
   return sites;
 }
 
-std::optional<ResponseModel> model_response(const ResponseId& response,
-                                            const std::vector<Point>& points,
-                                            const std::vector<Point>& elsewhere) {
+}  // namespace
+
+std::optional<ResponseModel> fit_response_model(const ResponseId& response,
+                                                const std::vector<Point>& points,
+                                                const std::vector<Point>& elsewhere) {
   std::vector<const Point*> used;
   std::vector<Sample> samples, all, others;
   std::string unit;
@@ -96,8 +98,6 @@ std::optional<ResponseModel> model_response(const ResponseId& response,
   m.largest_leave_one_out_z = m.surrogate.best.leave_one_out_z().cwiseAbs().maxCoeff();
   return m;
 }
-
-}  // namespace
 
 bool ResponseModel::passes_cross_validation() const {
   const double points = static_cast<double>(samples.size());
@@ -202,12 +202,13 @@ std::optional<ResponseModels> fit_response_models(const Study& study,
                              std::vector{finished, JobStatus::arched});
   }
   for (const Target& t : study.targets) {
-    auto m = model_response(t.response, points, elsewhere);
+    auto m = fit_response_model(t.response, points, elsewhere);
     if (!m) return std::nullopt;
     k.targets.push_back(std::move(*m));
   }
   for (const Observed& o : study.observed)
-    if (auto m = model_response(o.response, points, elsewhere)) k.observed.push_back(std::move(*m));
+    if (auto m = fit_response_model(o.response, points, elsewhere))
+      k.observed.push_back(std::move(*m));
   return k;
 }
 

@@ -74,8 +74,13 @@ struct ResponseModels {
   double arch_probability(const Eigen::VectorXd& u) const;  // in any experiment
   double cut_short_probability(const Eigen::VectorXd& u) const;
 };
-// Points outside the ranges are left out. Nothing when the finished runs of a target are too few.
-// `elsewhere` are points of the other choices of the study: they inform the noise alone.
+// The model of one response. Points outside the ranges are left out. Nothing when the finished runs
+// are too few. `elsewhere` are points of the other choices of the study: they inform the noise
+// alone.
+std::optional<ResponseModel> fit_response_model(const ResponseId& response,
+                                                const std::vector<Point>& points,
+                                                const std::vector<Point>& elsewhere = {});
+// Those of all responses of a study. Nothing when the finished runs of a target are too few.
 std::optional<ResponseModels> fit_response_models(const Study& study,
                                                   const std::vector<Point>& points,
                                                   const std::vector<Point>& elsewhere = {});

@@ -1,6 +1,5 @@
 #include "calibrate/optimization/event_probability.h"
 
-#include <boost/math/distributions/binomial.hpp>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <cmath>
@@ -106,23 +105,11 @@ EventProbability::EventProbability(const std::vector<EventCount>& counts, int di
   weights_ /= weights_.sum();
 }
 
-double EventProbability::mean(const VectorXd& u) const {
-  const VectorXd logits = samples_.transpose() * features(u);
-  return weights_.dot(logits.unaryExpr(&logistic));
-}
-
-double EventProbability::at_most(const VectorXd& u, double limit) const {
+EventProbability::Prediction EventProbability::predict(const VectorXd& u, double limit) const {
   const double most = std::log(limit / (1 - limit));
   const VectorXd logits = samples_.transpose() * features(u);
-  return weights_.dot((logits.array() <= most).cast<double>().matrix());
-}
-
-std::pair<double, double> event_interval(int events, int runs) {
-  using Binomial = boost::math::binomial_distribution<>;
-  if (runs == 0) return {0, 1};
-  constexpr double tail = 0.025;
-  return {events == 0 ? 0 : Binomial::find_lower_bound_on_p(runs, events, tail),
-          events == runs ? 1 : Binomial::find_upper_bound_on_p(runs, events, tail)};
+  return {weights_.dot(logits.unaryExpr(&logistic)),
+          weights_.dot((logits.array() <= most).cast<double>().matrix())};
 }
 
 }  // namespace firn

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Dense>
-#include <utility>
 #include <vector>
 
 namespace firn {
@@ -22,15 +21,15 @@ class EventProbability {
  public:
   EventProbability(const std::vector<EventCount>& counts, int dimensions);
 
-  double mean(const Eigen::VectorXd& u) const;                   // posterior mean of p
-  double at_most(const Eigen::VectorXd& u, double limit) const;  // posterior probability
+  struct Prediction {
+    double mean = 0;     // posterior mean of p
+    double at_most = 0;  // posterior probability that p does not exceed the limit
+  };
+  Prediction predict(const Eigen::VectorXd& u, double limit) const;
 
  private:
   Eigen::MatrixXd samples_;  // [coefficients, samples], of b
   Eigen::VectorXd weights_;  // add up to 1
 };
-
-// Interval of 95 % for the probability of an event (Clopper and Pearson 1934); 0 to 1 without runs.
-std::pair<double, double> event_interval(int events, int runs);
 
 }  // namespace firn

@@ -24,7 +24,7 @@ Document::Design design_document(const TriedDesign& t) {
   if (t.objective.count > 0) d.mean = t.objective.mean;
   d.standard_deviation = t.objective.sd();
   for (const EventRate& e : t.events)
-    d.events.push_back({e.events, e.runs, {e.low, e.high}, std::nan("")});
+    d.events.push_back({e.events, e.runs, {e.interval_95.low, e.interval_95.high}, std::nan("")});
   if (!t.predicted) return d;
   d.predicted_mean = t.predicted->mean;
   d.predicted_sd = t.predicted->sd;
@@ -158,7 +158,8 @@ std::string render_table(const OptimizationResult& r) {
     for (std::size_t k = 0; k < o.limits.size(); ++k)
       print(out, "  {}: probability {} by the model, {} to {} by the fresh seeds alone; limit {}\n",
             o.event_text(o.limits[k]), number_text(r.best->predicted->probabilities[k], 2),
-            number_text(r.best->events[k].low, 2), number_text(r.best->events[k].high, 2),
+            number_text(r.best->events[k].interval_95.low, 2),
+            number_text(r.best->events[k].interval_95.high, 2),
             number_text(o.limits[k].probability));
   }
   print(out, "\n{} of at most {} runs{}\n{}: {}\n", r.runs, o.runs,

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
 
+#include "calibrate/study/budget.h"
 #include "calibrate/study/read_parameters.h"
 #include "experiments/system/input_file.h"
 #include "experiments/system/input_limits.h"
@@ -59,13 +59,6 @@ EventLimit read_limit(const TomlTable& t, OptimizationStudy& o) {
   limit.response = observe(t, "response", threshold.unit.empty() ? "1" : threshold.unit, o.study);
   limit.probability = read_probability(t, "probability");
   return limit;
-}
-
-int limited(const TomlTable& t, const char* key, int least, std::optional<int> usual = {}) {
-  const int value = usual ? t.integer(key, least, *usual) : t.integer(key, least);
-  if (value > input_limits::batch_runs)
-    t.fail(key, fmt::format("is {}; expected at most {}", value, input_limits::batch_runs));
-  return value;
 }
 
 void read_design_parameters(const TomlTable& root, Study& study) {
@@ -123,11 +116,14 @@ OptimizationStudy read_optimization(const std::string& file) {
   for (const TomlTable& t : root.tables("limits")) o.limits.push_back(read_limit(t, o));
   read_compare(root, study);
   study.execution = read_execution(root);
-  o.replicates_per_design = limited(head, "replicates_per_design", 2, 3);
-  o.designs_per_round = limited(head, "designs_per_round", 1, 2);
-  o.confirmation_replicates = limited(head, "confirmation_replicates", 2, 10);
+  const auto count = [&](const char* key, int least, int usual) {
+    return checked_count(head, key, head.integer(key, least, usual));
+  };
+  o.replicates_per_design = count("replicates_per_design", 2, 3);
+  o.designs_per_round = count("designs_per_round", 1, 2);
+  o.confirmation_replicates = count("confirmation_replicates", 2, 10);
   if (head.has("confidence")) o.confidence = read_probability(head, "confidence");
-  o.runs = limited(head, "runs", 1);
+  o.runs = checked_count(head, "runs", head.integer("runs", 1));
   const int d = static_cast<int>(study.parameters.size()), least = d + 2;
   if (o.largest_designs() < least)
     head.fail("runs",

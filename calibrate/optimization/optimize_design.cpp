@@ -87,8 +87,9 @@ DesignPrediction DesignModels::predict(const VectorXd& u) const {
   all.mean = p.mean;
   all.sd = std::sqrt(p.variance);
   for (std::size_t k = 0; k < events_.size(); ++k) {
-    all.probabilities.push_back(events_[k].mean(u));
-    all.kept *= events_[k].at_most(u, o_.limits[k].probability);
+    const auto [mean, at_most] = events_[k].predict(u, o_.limits[k].probability);
+    all.probabilities.push_back(mean);
+    all.kept *= at_most;
   }
   return all;
 }
@@ -176,14 +177,9 @@ class DesignSearch {
 
   bool fit() {
     const std::vector<Point> points = distinct_points();
-    auto fitted = fit_response_models(o_.study, points);
-    if (!fitted) return false;
-    for (ResponseModel& m : fitted->observed)
-      if (m.response.label == o_.objective().label) {
-        models_.emplace(o_, std::move(m), points);
-        return true;
-      }
-    return false;
+    auto objective = fit_response_model(o_.objective(), points);
+    if (objective) models_.emplace(o_, std::move(*objective), points);
+    return objective.has_value();
   }
 
   // Of the designs that are likely to keep the limits, the best predicted mean.
@@ -252,8 +248,7 @@ class DesignSearch {
     t.objective = sample(p.finished(o_.objective()));
     for (const EventLimit& limit : o_.limits) {
       const EventCount c = counts_of(o_, limit, {p}).front();
-      const auto [low, high] = event_interval(c.events, c.runs);
-      t.events.push_back({c.events, c.runs, low, high});
+      t.events.push_back({c.events, c.runs, binomial_interval(c.events, c.runs)});
     }
     if (models_) t.predicted = models_->predict(p.u);
     return t;

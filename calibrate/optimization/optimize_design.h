@@ -44,7 +44,7 @@ class DesignModels {
 
 struct EventRate {
   int events = 0, runs = 0;
-  double low = 0, high = 1;  // of 95 %
+  Interval interval_95;
 };
 
 // A design with what its own runs gave.

@@ -41,14 +41,13 @@ Budget divided(int runs, const Study& study) {
   return b;
 }
 
-// A number of runs, points or rounds.
-int limited(const TomlTable& t, const char* key, int value) {
+}  // namespace
+
+int checked_count(const TomlTable& t, const char* key, int value) {
   if (value > input_limits::batch_runs)
     t.fail(key, fmt::format("is {}; expected at most {}", value, input_limits::batch_runs));
   return value;
 }
-
-}  // namespace
 
 Budget read_budget(const TomlTable& root, const Study& study) {
   const TomlTable t = root.required_table("budget");
@@ -58,12 +57,12 @@ Budget read_budget(const TomlTable& root, const Study& study) {
   // Each choice gets its own share, and each experiment of it.
   const int shares = static_cast<int>(study.experiments.size()) * study.choice_count();
   const bool bounded = t.has("runs"), by_time = t.has("time");
-  const int runs = bounded ? limited(t, "runs", t.integer("runs", 1)) / shares : 0;
+  const int runs = bounded ? checked_count(t, "runs", t.integer("runs", 1)) / shares : 0;
   const Budget plan = bounded ? divided(runs, study) : Budget{};
   // A number of runs divides itself; whatever is said besides holds.
   const auto read = [&](const char* key, int least, int planned, std::optional<int> usual = {}) {
-    if (bounded) return limited(t, key, t.integer(key, least, planned));
-    return limited(t, key, usual ? t.integer(key, least, *usual) : t.integer(key, least));
+    if (bounded) return checked_count(t, key, t.integer(key, least, planned));
+    return checked_count(t, key, usual ? t.integer(key, least, *usual) : t.integer(key, least));
   };
   Budget b;
   b.runs = runs;
@@ -94,7 +93,7 @@ Budget read_budget(const TomlTable& root, const Study& study) {
                      : by_time            ? rounds_by_time
                                           : 1;
   b.rounds_stated = t.has("refine_rounds");
-  b.refine_rounds = limited(t, "refine_rounds", t.integer("refine_rounds", 0, rounds));
+  b.refine_rounds = checked_count(t, "refine_rounds", t.integer("refine_rounds", 0, rounds));
   // A linear trend has one coefficient more than there are parameters; one more point judges it.
   const int needed = static_cast<int>(study.parameters.size()) + 1;
   if (b.design_points < needed)

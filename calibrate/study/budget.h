@@ -7,6 +7,10 @@
 
 namespace firn {
 
+// `value`, a number of runs, points or rounds under `key`. Throws InputError for more than a batch
+// may have.
+int checked_count(const TomlTable& table, const char* key, int value);
+
 // Everything else of the study must have been read. Throws InputError.
 Budget read_budget(const TomlTable& root, const Study& study);
 

@@ -1,11 +1,21 @@
 #include "experiments/analysis/sample_statistics.h"
 
 #include <algorithm>
+#include <boost/math/distributions/binomial.hpp>
 #include <cassert>
 #include <cmath>
 #include <cstddef>
 
 namespace firn {
+
+Interval binomial_interval(int successes, int trials, double confidence) {
+  assert(0 <= successes && successes <= trials);
+  if (trials == 0) return {0, 1};
+  using Binomial = boost::math::binomial_distribution<double>;
+  const double tail = (1 - confidence) / 2;
+  return {successes == 0 ? 0 : Binomial::find_lower_bound_on_p(trials, successes, tail),
+          successes == trials ? 1 : Binomial::find_upper_bound_on_p(trials, successes, tail)};
+}
 
 double median(std::vector<double> values) {
   assert(!values.empty());

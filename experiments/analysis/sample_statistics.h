@@ -5,6 +5,14 @@
 
 namespace firn {
 
+struct Interval {
+  double low = 0, high = 0;
+};
+
+// Interval of the probability of success, 0 to 1 without trials. Clopper and Pearson (1934): covers
+// the probability in at least `confidence` of all cases.
+Interval binomial_interval(int successes, int trials, double confidence = 0.95);
+
 // Median; mean of the two middle values for an even number. At least one value.
 double median(std::vector<double> values);
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "experiments/analysis/sample_statistics.h"
 #include "experiments/text/units.h"
 
 namespace firn {
@@ -18,10 +19,6 @@ enum class RecordKind {
   assumed      // chosen; reason in provenance.source
 };
 const char* to_string(RecordKind kind);
-
-struct Interval {
-  double low = 0, high = 0;
-};
 
 // A number that sets one or more keys of a case.
 struct MaterialParameter {

@@ -48,15 +48,6 @@ SampleStatistics sample_statistics(const std::vector<double>& values) {
   return f;
 }
 
-Interval binomial_interval(int successes, int trials, double confidence) {
-  assert(0 <= successes && successes <= trials);
-  if (trials == 0) return {0, 1};
-  using Binomial = boost::math::binomial_distribution<double>;
-  const double tail = (1 - confidence) / 2;
-  return {successes == 0 ? 0 : Binomial::find_lower_bound_on_p(trials, successes, tail),
-          successes == trials ? 1 : Binomial::find_upper_bound_on_p(trials, successes, tail)};
-}
-
 Interval DistributionBand::at(double value) const {
   const auto next = std::ranges::upper_bound(x, value);
   if (next == x.begin()) return {0, 0};

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "experiments/material_records/material_record.h"
+#include "experiments/analysis/sample_statistics.h"
 #include "experiments/measurements/measurement.h"
 
 namespace firn {
@@ -17,9 +17,6 @@ struct SampleStatistics {
   double error() const;  // standard, of the mean; NaN below two
 };
 SampleStatistics sample_statistics(const std::vector<double>& values);
-
-// Clopper and Pearson (1934): covers the probability in at least `confidence` of all cases.
-Interval binomial_interval(int successes, int trials, double confidence = 0.95);
 
 // A sample's cumulative distribution, or bounds on it: steps at x (ascending), and from x[i] on it
 // lies between lower[i] and upper[i]; 0 before x[0], 1 from the last on.

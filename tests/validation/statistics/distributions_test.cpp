@@ -14,39 +14,6 @@ namespace {
 
 double uniform(std::mt19937_64& bits) { return static_cast<double>(bits() >> 11) * 0x1p-53; }
 
-TEST(BinomialInterval, IsClopperAndPearsons) {
-  // None of n: the upper end solves (1 - p)^n = 0.025.
-  EXPECT_EQ(binomial_interval(0, 10).low, 0);
-  EXPECT_NEAR(binomial_interval(0, 10).high, 1 - std::pow(0.025, 0.1), 1e-12);
-  EXPECT_EQ(binomial_interval(10, 10).high, 1);
-  EXPECT_NEAR(binomial_interval(10, 10).low, std::pow(0.025, 0.1), 1e-12);
-  // Ends solve sums of binomial probabilities.
-  const Interval i = binomial_interval(3, 8);
-  const auto at_least = [](int k, int n, double p) {
-    double sum = 0;
-    for (int j = k; j <= n; ++j)
-      sum += std::exp(std::lgamma(n + 1.0) - std::lgamma(j + 1.0) - std::lgamma(n - j + 1.0) +
-                      j * std::log(p) + (n - j) * std::log(1 - p));
-    return sum;
-  };
-  EXPECT_NEAR(at_least(3, 8, i.low), 0.025, 1e-9);
-  EXPECT_NEAR(1 - at_least(4, 8, i.high), 0.025, 1e-9);
-}
-
-TEST(BinomialInterval, CoversAtLeastAsOftenAsItSays) {
-  std::mt19937_64 bits(1);
-  for (const double p : {0.02, 0.3, 0.9}) {
-    int covered = 0;
-    for (int trial = 0; trial < 4000; ++trial) {
-      int hits = 0;
-      for (int k = 0; k < 9; ++k) hits += uniform(bits) < p;
-      const Interval i = binomial_interval(hits, 9);
-      covered += i.low <= p && p <= i.high;
-    }
-    EXPECT_GE(covered, 0.95 * 4000 - 3 * std::sqrt(4000 * 0.05 * 0.95));
-  }
-}
-
 TEST(SampleStatistics, AreTheTextbooks) {
   const SampleStatistics f = sample_statistics({1, 2, 3, 4});
   EXPECT_EQ(f.mean, 2.5);
