@@ -5,10 +5,9 @@
 
 #include "app/commands/commands.h"
 #include "app/support/batch_options.h"
+#include "app/support/batch_result.h"
 #include "app/support/exit_status.h"
-#include "app/support/report_page.h"
 #include "calibrate/optimization/optimize_design.h"
-#include "experiments/system/terminal.h"
 
 namespace firn {
 namespace {
@@ -24,12 +23,7 @@ int run_optimization(const OptimizeArguments& a) {
   apply(a.batch, options);
   const OptimizationResult r = optimize_design(options);
   if (r.verdict == OptimizationVerdict::interrupted) return report_interruption(r.directory);
-  const std::string page = write_folder_page(r.directory);
-  print_lines(stdout, "{}{}", a.batch.json ? render_json(r) : render_table(r),
-              a.batch.json ? "\n" : "");
-  if (!a.batch.json)
-    print_lines(stderr, "Every run is in {}/runs.csv{}\n", r.directory,
-                page.empty() ? "" : "; to be read: " + page);
+  print_batch_result(a.batch, r, fmt::format("Every run is in {}/runs.csv", r.directory));
   return r.verdict == OptimizationVerdict::too_few_runs ? ExitStatus::failed : ExitStatus::done;
 }
 

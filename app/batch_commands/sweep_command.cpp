@@ -6,10 +6,9 @@
 
 #include "app/commands/commands.h"
 #include "app/support/batch_options.h"
+#include "app/support/batch_result.h"
 #include "app/support/exit_status.h"
-#include "app/support/report_page.h"
 #include "experiments/batch/sweep/sweep.h"
-#include "experiments/system/terminal.h"
 
 namespace firn {
 namespace {
@@ -25,12 +24,7 @@ int run_sweep(const SweepArguments& a) {
   apply(a.batch, options);
   const SweepResult r = sweep(options);
   if (r.interrupted) return report_interruption(r.directory);
-  const std::string page = write_folder_page(r.directory);
-  print_lines(stdout, "{}{}", a.batch.json ? render_json(r) : render_table(r),
-              a.batch.json ? "\n" : "");
-  if (!a.batch.json)
-    print_lines(stderr, "Every run is in {}/runs.csv{}\n", r.directory,
-                page.empty() ? "" : "; to be read: " + page);
+  print_batch_result(a.batch, r, fmt::format("Every run is in {}/runs.csv", r.directory));
   const bool any = std::ranges::any_of(
       r.runs, [](const SweepRun& run) { return run.result.status == JobStatus::finished; });
   return any ? ExitStatus::done : ExitStatus::failed;

@@ -5,9 +5,8 @@
 
 #include "app/commands/commands.h"
 #include "app/support/batch_options.h"
+#include "app/support/batch_result.h"
 #include "app/support/exit_status.h"
-#include "app/support/report_page.h"
-#include "experiments/system/terminal.h"
 #include "validation/validate.h"
 
 namespace firn {
@@ -32,12 +31,8 @@ int run_suite(const ValidateArguments& a) {
   apply(a.batch, options);
   const Validation v = validate(options);
   if (v.interrupted) return report_interruption(v.directory);
-  const std::string page = write_folder_page(v.directory);
-  print_lines(stdout, "{}{}", a.batch.json ? render_json(v) : render_table(v),
-              a.batch.json ? "\n" : "");
-  if (!a.batch.json)
-    print_lines(stderr, "Everything about this validation is in {}{}\n", v.directory,
-                page.empty() ? "" : "; to be read: " + page);
+  print_batch_result(a.batch, v,
+                     fmt::format("Everything about this validation is in {}", v.directory));
   return requirement_met(a, v) ? ExitStatus::done : ExitStatus::requirement_missed;
 }
 
