@@ -40,6 +40,13 @@ struct Optimization : Folder {
     write("case.toml", two_boxes);
     write("optimization.toml", heaviest);
   }
+  Outcome with(const std::string& part, const std::string& other) const {
+    std::string text = heaviest;
+    const std::size_t at = text.find(part);
+    EXPECT_NE(at, std::string::npos) << part;
+    write("changed.toml", text.replace(at, part.size(), other));
+    return firn({"optimize", "changed.toml", "-o", "out", "--progress", "none"});
+  }
 };
 
 TEST(OptimizeCommand, FindsTheBestDesignWithinItsLimit) {
@@ -69,23 +76,13 @@ TEST(OptimizeCommand, FindsTheBestDesignWithinItsLimit) {
 }
 
 TEST(OptimizeCommand, RefusesAResponseThatTheCaseDoesNotHave) {
-  const Optimization folder;
-  std::string text = heaviest;
-  const std::string goal = "maximize = \"present_mass\"";
-  text.replace(text.find(goal), goal.size(), "maximize = \"profit\"");
-  folder.write("wrong.toml", text);
-  const Outcome o = folder.firn({"optimize", "wrong.toml", "-o", "out", "--progress", "none"});
+  const Outcome o = Optimization().with("maximize = \"present_mass\"", "maximize = \"profit\"");
   EXPECT_EQ(o.status, 2) << o.err;
   EXPECT_THAT(o.err, HasSubstr("\"profit\" is not a single-valued response"));
 }
 
 TEST(OptimizeCommand, RefusesAKeyThatTheCaseDoesNotHave) {
-  const Optimization folder;
-  std::string text = heaviest;
-  const std::string key = "materials.ice.density";
-  text.replace(text.find(key), key.size(), "materials.ice.densities");
-  folder.write("wrong.toml", text);
-  const Outcome o = folder.firn({"optimize", "wrong.toml", "-o", "out", "--progress", "none"});
+  const Outcome o = Optimization().with("materials.ice.density", "materials.ice.densities");
   EXPECT_EQ(o.status, 2) << o.err;
   EXPECT_THAT(o.err, HasSubstr("densities"));
 }

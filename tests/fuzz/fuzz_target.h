@@ -90,6 +90,16 @@ inline std::string_view text_of(const std::uint8_t* data, std::size_t size) {
   return {reinterpret_cast<const char*>(data), size};
 }
 
+// The same with a case that other files can name: case.toml.
+class FolderWithCase : public Folder {
+ public:
+  FolderWithCase() {
+    std::filesystem::copy_file(
+        std::filesystem::path(FIRN_SOURCE_DIR) / "cases" / "bounce" / "case.toml",
+        path("case.toml"));
+  }
+};
+
 }  // namespace firn::fuzz
 
 // The one function of a target; libFuzzer calls it, and so does replay.cpp.

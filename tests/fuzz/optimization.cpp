@@ -4,21 +4,9 @@
 #include "calibrate/optimization/optimization_study.h"
 #include "tests/fuzz/fuzz_target.h"
 
-namespace {
-
-class OptimizationFolder : public firn::fuzz::Folder {
- public:
-  OptimizationFolder() {
-    namespace fs = std::filesystem;
-    fs::copy_file(fs::path(FIRN_SOURCE_DIR) / "cases" / "bounce" / "case.toml", path("case.toml"));
-  }
-};
-
-}  // namespace
-
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace firn;
-  static const OptimizationFolder folder;
+  static const fuzz::FolderWithCase folder;
   const std::string file = folder.put("optimization.toml", fuzz::text_of(data, size));
   fuzz::accepts([&] {
     const OptimizationStudy o = read_optimization(file);

@@ -3,21 +3,9 @@
 
 #include "tests/fuzz/fuzz_target.h"
 
-namespace {
-
-class SweepFolder : public firn::fuzz::Folder {
- public:
-  SweepFolder() {
-    namespace fs = std::filesystem;
-    fs::copy_file(fs::path(FIRN_SOURCE_DIR) / "cases" / "bounce" / "case.toml", path("case.toml"));
-  }
-};
-
-}  // namespace
-
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace firn;
-  static const SweepFolder folder;
+  static const fuzz::FolderWithCase folder;
   const std::string file = folder.put("sweep.toml", fuzz::text_of(data, size));
   fuzz::accepts([&] {
     const Sweep sweep = read_sweep(file);
