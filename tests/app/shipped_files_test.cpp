@@ -1,5 +1,5 @@
-// Every shipped case, study, suite, sweep, optimization, measurement and list of bench tests can be read, with
-// all files that it names.
+// Every shipped case, study, suite, sweep, optimization, measurement and list of bench tests can be
+// read, with all files that it names.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
