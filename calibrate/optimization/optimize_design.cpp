@@ -324,9 +324,9 @@ class DesignSearch {
           fmt::format("{} = {}{}", p.name, p.text(best.values[i]), unit_suffix(p.unit)));
     }
     std::string text = fmt::format(
-        "{}: {} {}{}", fmt::join(values, ", "), o_.objective().label,
-        measured_text(best.objective.mean, best.objective.sd() / std::sqrt(best.objective.count)),
-        unit_suffix(r_.objective_unit));
+        "{}: {} {}", fmt::join(values, ", "), o_.objective().label,
+        measured_text(best.objective.mean, best.objective.sd() / std::sqrt(best.objective.count),
+                      r_.objective_unit));
     for (std::size_t k = 0; k < o_.limits.size(); ++k)
       text += fmt::format(", {} in {} of {} runs", o_.event_text(o_.limits[k]),
                           best.events[k].events, best.events[k].runs);

@@ -9,6 +9,7 @@
 
 #include "experiments/material_records/material_database.h"
 #include "experiments/text/csv_reader.h"
+#include "experiments/text/number_text.h"
 #include "experiments/text/toml_document.h"
 #include "experiments/text/toml_names.h"
 #include "experiments/text/units.h"
@@ -174,10 +175,6 @@ double above(const TomlTable& t, const char* key, double value, double least) {
   return value;
 }
 
-std::string with_unit(double value, const Parameter& p) {
-  return fmt::format("{:.4g}{}{}", value, p.unit.empty() ? "" : " ", p.unit);
-}
-
 Prior read_scalar_prior(const TomlTable& t, const Study& study) {
   Prior prior;
   prior.parameters = {named_parameter(t, study)};
@@ -187,7 +184,8 @@ Prior read_scalar_prior(const TomlTable& t, const Study& study) {
     t.allow({"parameter", "kind", "mean", "sd"});
     prior.a = in_unit_of(t, "mean", p);
     prior.b = above(t, "sd", in_unit_of(t, "sd", p), 0);
-    prior.text = fmt::format("normal, {} ± {}", with_unit(prior.a, p), with_unit(prior.b, p));
+    const std::string unit = unit_suffix(p.unit);
+    prior.text = fmt::format("normal, {:.4g}{} ± {:.4g}{}", prior.a, unit, prior.b, unit);
   } else if (kind == "log-normal") {
     t.allow({"parameter", "kind", "median", "factor"});
     prior.kind = Prior::Kind::log_normal;
@@ -200,8 +198,8 @@ Prior read_scalar_prior(const TomlTable& t, const Study& study) {
     const double factor = above(t, "factor", t.number("factor"), 1);
     prior.a = std::log(median);
     prior.b = std::log(factor);
-    prior.text =
-        fmt::format("log-normal, {} times or divided by {:.3g}", with_unit(median, p), factor);
+    prior.text = fmt::format("log-normal, {:.4g}{} times or divided by {:.3g}", median,
+                             unit_suffix(p.unit), factor);
   } else {
     t.allow({"parameter", "kind", "alpha", "beta"});
     prior.kind = Prior::Kind::beta;

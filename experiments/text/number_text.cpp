@@ -81,6 +81,10 @@ std::string measured_text(double value, double standard_deviation) {
   return fmt::format("{} ± {}", fixed(value, -last), fixed(standard_deviation, -last));
 }
 
+std::string measured_text(double value, double standard_deviation, const std::string& unit) {
+  return measured_text(value, standard_deviation) + unit_suffix(unit);
+}
+
 std::string unit_text(const std::string& unit) { return unit == "1" ? "" : unit; }
 
 std::string unit_suffix(const std::string& unit) {

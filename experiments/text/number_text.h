@@ -17,6 +17,9 @@ std::string number_text(double value, int digits = 4);
 // if the deviation is not positive and finite.
 std::string measured_text(double value, double standard_deviation);
 
+// The same with the unit: "11.4 ± 1.2 deg".
+std::string measured_text(double value, double standard_deviation, const std::string& unit);
+
 // The unit for display: "deg". Empty for a bare number, whose unit is "1" or empty.
 std::string unit_text(const std::string& unit);
 

@@ -32,10 +32,6 @@ std::string task_name(const std::string& command) {
   return command.empty() ? "batch" : command;
 }
 
-std::string with_unit(const std::string& value, const std::string& unit) {
-  return unit.empty() || unit == "1" ? value : value + " " + unit;
-}
-
 // "friction=0.1 e=0.3": names with values that begin with a number.
 std::vector<std::pair<std::string, double>> parameters_of(const std::string& text) {
   std::vector<std::pair<std::string, double>> all;
@@ -118,8 +114,8 @@ void estimate_section(const BatchState& state, page::Page& page) {
   page::Table table{
       "after the latest fit", {{"parameter", ""}, {"value", ""}, {"95 % interval", ""}}, {}};
   for (const auto& [name, p] : known.best)
-    table.rows.push_back({page::words(name), with_unit(number_text(p.value), p.unit),
-                          with_unit(number_text(p.low) + " to " + number_text(p.high), p.unit)});
+    table.rows.push_back({page::words(name), number_text(p.value) + unit_suffix(p.unit),
+                          number_text(p.low) + " to " + number_text(p.high) + unit_suffix(p.unit)});
   content.table(table);
   std::vector<std::string> determined;
   for (const BatchKnowledge::Determined& d : known.determined) determined.push_back(d.text());

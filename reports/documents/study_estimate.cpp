@@ -65,8 +65,7 @@ std::string simulated(const StudyDocument::Set& set, const StudyDocument& result
   for (const auto& [response, of] : set.simulated)
     if (std::ranges::find(results.targets, response, &StudyDocument::Target::response) !=
         results.targets.end())
-      parts.push_back(fmt::format("{} {}{}", response, measured_text(of.value, of.standard_error),
-                                  unit_suffix(of.unit)));
+      parts.push_back(response + " " + measured_text(of.value, of.standard_error, of.unit));
   return joined(parts, "no finished run");
 }
 

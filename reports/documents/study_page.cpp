@@ -33,10 +33,6 @@ Badge verdict_badge(const std::string& verdict) {
   return {Mark::caution, verdict};
 }
 
-std::string with_unit(double value, double uncertainty, const std::string& unit) {
-  return page::measured_text(value, uncertainty) + unit_suffix(unit_text(unit));
-}
-
 std::string interval_text(const StudyDocument::Interval& ends) {
   return fmt::format("{} to {}", page::number_text(ends.first, 3),
                      page::number_text(ends.second, 3));
@@ -76,7 +72,7 @@ void study_summary(const StudyDocument& results, page::Page& page) {
     const double value = answered ? value_in(*results.estimate, p.name) : *p.median;
     const std::string unit = unit_text(p.unit);
     cards.push_back({words(p.name) + (answered ? "" : ", median"),
-                     number_text(value) + (unit.empty() ? "" : " " + unit),
+                     number_text(value) + unit_suffix(unit),
                      "95 %: " + interval_text(*p.interval_95),
                      {}});
   }
@@ -98,9 +94,9 @@ void targets_section(const StudyDocument& results, page::Page& page) {
     std::string fitted;
     if (results.estimate)
       if (const auto* s = find_named(results.estimate->simulated, t.response))
-        fitted = with_unit(s->value, s->standard_error, t.unit);
+        fitted = measured_text(s->value, s->standard_error, t.unit);
     const std::string reach = t.reach ? interval_text({t.reach->lowest, t.reach->highest}) : "";
-    std::string measured = with_unit(t.value, t.uncertainty, t.unit);
+    std::string measured = measured_text(t.value, t.uncertainty, t.unit);
     if (t.discrepancy)
       measured += fmt::format(", discrepancy of the simulation ± {} {}",
                               page::number_text(*t.discrepancy, 2), unit_text(t.unit));
@@ -331,7 +327,7 @@ void numerics_section(const StudyDocument& results, page::Page& page) {
   table.columns = {{"change", ""}, {"response", ""}, {"shift", ""}};
   for (const StudyDocument::Numerics& n : results.numerics)
     for (const auto& [response, of] : n.shifts)
-      table.rows.push_back({n.name, response, with_unit(of.shift, of.standard_error, of.unit)});
+      table.rows.push_back({n.name, response, measured_text(of.shift, of.standard_error, of.unit)});
   if (!table.rows.empty()) content.table(table);
   page::Table models;
   models.caption = "Models of the responses";

@@ -106,9 +106,8 @@ page::Figure prediction_figure(const StudyDocument::Target& target, const Distri
   };
   return {plots::draw(plot),
           fmt::format("Prediction of {} from the posterior samples; 95 % shaded.", response),
-          fmt::format("{}: measured {}{}; mean response {}; single run {}", response,
-                      measured_text(value, uncertainty), unit_suffix(unit), summary(mean),
-                      summary(run))};
+          fmt::format("{}: measured {}; mean response {}; single run {}", response,
+                      measured_text(value, uncertainty, unit), summary(mean), summary(run))};
 }
 
 // Median and intervals of one parameter after each round.

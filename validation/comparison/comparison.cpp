@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "experiments/responses/response_expression.h"
+#include "experiments/text/number_text.h"
 #include "validation/comparison/comparison_kinds.h"
 #include "validation/comparison/data_provenance.h"
 #include "validation/comparison/stiffness_scaling.h"
@@ -13,9 +14,8 @@
 namespace firn {
 namespace comparison {
 
-std::string with_unit(double value, const std::string& unit) {
-  return unit.empty() || unit == "1" ? fmt::format("{:.3g}", value)
-                                     : fmt::format("{:.3g} {}", value, unit);
+std::string rounded_text(double value, const std::string& unit) {
+  return fmt::format("{:.3g}{}", value, unit_suffix(unit));
 }
 
 std::vector<double> defined(std::vector<double> values) {

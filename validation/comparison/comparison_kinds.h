@@ -14,7 +14,8 @@ namespace firn::comparison {
 // as a rule must have a probability above `rule`.
 inline constexpr double improbable = 0.05, rule = 0.5;
 
-std::string with_unit(double value, const std::string& unit);
+// A number with three significant digits and its unit.
+std::string rounded_text(double value, const std::string& unit);
 std::vector<double> defined(std::vector<double> values);
 // Throws InputError unless runs give the response in the measurement's unit.
 void require_unit(const std::string& response, const RunGroup& base, const Measurement& m);

@@ -40,8 +40,8 @@ std::string headline(const std::vector<VariantEffect>& all) {
       fmt::format("{} of {} changes stand out from the scatter of the seeds", certain, all.size());
   if (worst != nullptr)
     text += fmt::format("; the largest: {} goes from {} to {} with {}", worst->response,
-                        with_unit(worst->before, worst->unit), with_unit(worst->after, worst->unit),
-                        worst->variant);
+                        rounded_text(worst->before, worst->unit),
+                        rounded_text(worst->after, worst->unit), worst->variant);
   return text;
 }
 

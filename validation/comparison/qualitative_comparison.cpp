@@ -210,7 +210,7 @@ DistributionResult compare_distribution(const MeasuredData& data, const RunGroup
 // What the values leave open.
 std::string open_words(const DistributionResult& d) {
   if (d.apart)
-    return fmt::format("; {} stands apart from all other values", with_unit(*d.apart, d.unit));
+    return fmt::format("; {} stands apart from all other values", rounded_text(*d.apart, d.unit));
   if (d.critical > half)
     return fmt::format("; too few values: {}",
                        d.critical > 1 ? "no distance would be too large for chance"
@@ -235,7 +235,7 @@ std::string distribution_words(const DistributionResult& d) {
 std::string distribution_remedy(const DistributionResult& d) {
   if (d.simulated.empty() && d.simulated_at_least.empty()) return "runs that finish";
   if (d.apart)
-    return fmt::format("why one value is {}, or more values", with_unit(*d.apart, d.unit));
+    return fmt::format("why one value is {}, or more values", rounded_text(*d.apart, d.unit));
   if (d.dependent)
     return "more runs and more experiments: values of one run are alike, so that runs count";
   return "more values, measured and simulated";

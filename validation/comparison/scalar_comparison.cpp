@@ -143,29 +143,30 @@ void judge_value(const SuiteComparison& what, Comparison& c) {
   const ValueComparison& v = *c.value;
   const double expanded = v.expanded, off = std::abs(v.difference);
   const bool seeds_known = v.components.front().value.has_value();
-  c.headline = fmt::format(
-      "simulated {}, measured {}: {} by {} ± {}", with_unit(v.simulation.mean, v.unit),
-      with_unit(v.measured, v.unit), v.difference < 0 ? "lower" : "higher",
-      with_unit(off < 1e-9 * std::abs(v.measured) ? 0 : off, v.unit), with_unit(expanded, v.unit));
+  c.headline = fmt::format("simulated {}, measured {}: {} by {} ± {}",
+                           rounded_text(v.simulation.mean, v.unit),
+                           rounded_text(v.measured, v.unit), v.difference < 0 ? "lower" : "higher",
+                           rounded_text(off < 1e-9 * std::abs(v.measured) ? 0 : off, v.unit),
+                           rounded_text(expanded, v.unit));
   if (!seeds_known) {
     c.verdict = ValidationVerdict::inconclusive;
   } else if (what.tolerance && off + expanded <= *what.tolerance) {
     c.verdict = ValidationVerdict::consistent;
-    c.headline += fmt::format(", within {}", with_unit(*what.tolerance, v.unit));
+    c.headline += fmt::format(", within {}", rounded_text(*what.tolerance, v.unit));
   } else if (off > expanded) {
     c.verdict = ValidationVerdict::inconsistent;
   } else if (what.tolerance && expanded > *what.tolerance) {
     c.verdict = ValidationVerdict::inconclusive;
-    c.headline +=
-        fmt::format(", too uncertain for a decision within {}", with_unit(*what.tolerance, v.unit));
+    c.headline += fmt::format(", too uncertain for a decision within {}",
+                              rounded_text(*what.tolerance, v.unit));
   } else if (!what.tolerance && v.measured != 0 && expanded > std::abs(v.measured)) {
     // Nothing would have been found, whatever was simulated.
     c.verdict = ValidationVerdict::inconclusive;
     c.headline += ", which is more than the measured value itself";
   } else {
     c.verdict = ValidationVerdict::consistent;
-    c.headline +=
-        fmt::format("; a difference of {} could hide in this", with_unit(off + expanded, v.unit));
+    c.headline += fmt::format("; a difference of {} could hide in this",
+                              rounded_text(off + expanded, v.unit));
   }
   if (c.verdict == ValidationVerdict::inconclusive) c.recommended_action = value_remedy(v);
   if (c.verdict != ValidationVerdict::consistent) return;
@@ -174,8 +175,8 @@ void judge_value(const SuiteComparison& what, Comparison& c) {
     if (const auto apart = value_apart(*values)) {
       c.verdict = ValidationVerdict::inconclusive;
       c.headline += fmt::format("; the {} value {} stands apart from all other ones", whose,
-                                with_unit(*apart, v.unit));
-      c.recommended_action = fmt::format("why one value is {}", with_unit(*apart, v.unit));
+                                rounded_text(*apart, v.unit));
+      c.recommended_action = fmt::format("why one value is {}", rounded_text(*apart, v.unit));
     }
 }
 
