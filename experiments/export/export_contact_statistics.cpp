@@ -48,14 +48,16 @@ void add_values(VtkSurface& surface, const std::vector<TriangleField>& fields, s
   }
 }
 
-// A name that is one file's.
-std::string file_name(std::string name) {
+// The name of a shape as part of a file name.
+std::string without_slashes(std::string name) {
   for (char& c : name)
     if (c == '/') c = '_';
   return name;
 }
 
-std::string body_name(int body, std::size_t particles, const std::vector<std::string>& boundaries) {
+// Field of a CSV file: the number of a particle, the name of a boundary, empty for no body.
+std::string body_field(int body, std::size_t particles,
+                       const std::vector<std::string>& boundaries) {
   if (body < 0) return "";
   const auto k = static_cast<std::size_t>(body);
   return k < particles ? fmt::format("{}", k) : encode::csv_field(boundaries.at(k - particles));
@@ -76,7 +78,7 @@ void export_contacts(const Recording& recording, const std::string& directory) {
   for (const ContactEvent& e : contact_events(recording)) {
     std::string line =
         fmt::format("{},{},{},{},{}", e.start, e.duration, e.a,
-                    body_name(e.b, recording.particle_count(), boundaries), e.open_at_end);
+                    body_field(e.b, recording.particle_count(), boundaries), e.open_at_end);
     append(line, std::array{e.peak_normal_force, e.peak_time, e.peak_friction, e.normal_impulse,
                             e.tangential_impulse});
     append(line, std::span(e.impulse.data(), 3));
@@ -97,8 +99,8 @@ void export_opposed(const Recording& recording, const std::vector<CompressiveLoa
   for (std::size_t i = 0; i < loads.size(); ++i) {
     const CompressiveLoad& o = loads[i];
     csv.line(fmt::format("{},{},{},{},{}", i, o.load, o.load > 0 ? fmt::format("{}", o.time) : "",
-                         body_name(o.by[0], particles, boundaries),
-                         body_name(o.by[1], particles, boundaries)));
+                         body_field(o.by[0], particles, boundaries),
+                         body_field(o.by[1], particles, boundaries)));
   }
   csv.close();
 }
@@ -182,7 +184,7 @@ void export_statistics_vtk(const Recording& recording, const std::string& direct
     add_mesh(surface, loads.mesh, Vec3::Zero(), Quat::Identity());
     add_values(surface, loads.fields, 0, loads.mesh.triangles.size());
     save_vtp(surface, std::filesystem::path(directory) /
-                          fmt::format("surface_{}.vtp", file_name(loads.shape)));
+                          fmt::format("surface_{}.vtp", without_slashes(loads.shape)));
   }
 }
 
