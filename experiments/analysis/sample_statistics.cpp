@@ -44,6 +44,12 @@ double standard_deviation(const std::vector<double>& values) {
   return std::sqrt(sum / static_cast<double>(values.size() - 1));
 }
 
+double last_finite(const std::vector<double>& values) {
+  for (auto v = values.rbegin(); v != values.rend(); ++v)
+    if (std::isfinite(*v)) return *v;
+  return 0;
+}
+
 double widened_variance(double variance, double degrees_of_freedom) {
   const double freedom = std::max(degrees_of_freedom, 3.0);
   return variance * freedom / (freedom - 2);

@@ -26,6 +26,9 @@ double mean(const std::vector<double>& values);
 // Sample standard deviation (n - 1) of at least two values.
 double standard_deviation(const std::vector<double>& values);
 
+// Last finite value; 0 without one.
+double last_finite(const std::vector<double>& values);
+
 // Variance of Student's distribution with this scale: variance * n / (n - 2) for n degrees of
 // freedom. Fewer than three degrees of freedom count as three, since the variance is infinite
 // below.

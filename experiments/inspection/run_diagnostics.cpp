@@ -8,6 +8,7 @@
 #include <limits>
 #include <set>
 
+#include "experiments/analysis/sample_statistics.h"
 #include "experiments/text/number_text.h"
 
 namespace firn {
@@ -35,13 +36,6 @@ double largest_speed(const Recording& recording) {
     }
   }
   return std::sqrt(squared);
-}
-
-double last_finite(const std::vector<double>& values) {
-  for (auto v = values.rbegin(); v != values.rend(); ++v) {
-    if (std::isfinite(*v)) return *v;
-  }
-  return 0;
 }
 
 }  // namespace

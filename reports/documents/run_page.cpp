@@ -11,6 +11,7 @@
 #include <string>
 #include <tuple>
 
+#include "experiments/analysis/sample_statistics.h"
 #include "experiments/inspection/run_diagnostics.h"
 #include "experiments/results/bond_results.h"
 #include "experiments/results/results_file.h"
@@ -209,12 +210,6 @@ void bonds_section(const Recording& recording, page::Page& page) {
   page::Content fold;
   fold.table(table);
   content.fold(plural(table.rows.size(), "bond") + " that do not hold", fold);
-}
-
-double last_finite(const std::vector<double>& values) {
-  for (auto v = values.rbegin(); v != values.rend(); ++v)
-    if (std::isfinite(*v)) return *v;
-  return 0;
 }
 
 // Whether the numbers can be trusted.
