@@ -32,10 +32,6 @@ void each_block(int from, const std::string& name, Write&& write) {
   }
 }
 
-void remove_if_there(const std::string& file) {
-  if (::unlink(file.c_str()) != 0 && errno != ENOENT) throw WriteError(file, errno);
-}
-
 }  // namespace
 
 std::string saved_copy(const std::string& results_file) { return results_file + kSaved; }

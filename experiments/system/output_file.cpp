@@ -100,6 +100,16 @@ void make_output_folder(const std::string& folder) {
                                folder, error.message()));
 }
 
+void make_own_folder(const std::string& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw WriteError(folder, error.value());
+}
+
+void remove_if_there(const std::string& file) {
+  if (::unlink(file.c_str()) != 0 && errno != ENOENT) throw WriteError(file, errno);
+}
+
 Descriptor::Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
 
 Descriptor& Descriptor::operator=(Descriptor&& other) noexcept {

@@ -51,6 +51,13 @@ bool is_path_error(int error);
 // expected ...`, or WriteError, as refuse_output().
 void make_output_folder(const std::string& folder);
 
+// The same for a folder below one in which this program has written before: each failure is a
+// WriteError.
+void make_own_folder(const std::string& folder);
+
+// Throws WriteError unless the file is removed or does not exist.
+void remove_if_there(const std::string& file);
+
 // Owner of a file descriptor; the destructor closes it.
 class Descriptor {
  public:

@@ -31,26 +31,19 @@ std::string file_in(const std::string& folder, const std::string& name) {
   return (fs::path(folder) / name).string();
 }
 
-void make_folders_for(const fs::path& file) {
-  std::error_code error;
-  fs::create_directories(file.parent_path(), error);
-  if (error) throw WriteError(file.parent_path().string(), error.value());
-}
-
 void fill_folder(const Job& job, const ProgramRun& run, const std::string& folder) {
   std::error_code error;
   fs::remove_all(folder, error);
   if (error) throw WriteError(folder, error.value());
-  fs::create_directories(folder, error);
-  if (error) throw WriteError(folder, error.value());
+  make_own_folder(folder);
   for (const auto& [name, hash] : run.inputs) {
     const fs::path link = fs::path(folder) / name;
-    make_folders_for(link);
+    make_own_folder(link.parent_path());
     fs::create_symlink(program_input_file(job.folder, hash), link, error);
     if (error) throw WriteError(link.string(), error.value());
   }
   if (run.input_name.empty()) return;
-  make_folders_for(fs::path(folder) / run.input_name);
+  make_own_folder((fs::path(folder) / run.input_name).parent_path());
   write_own_file(file_in(folder, run.input_name), run.input_text, OutputFile::When::unsynced);
 }
 

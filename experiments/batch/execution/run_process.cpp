@@ -52,16 +52,6 @@ std::optional<JobResult> outcome(const std::string& results) {
   return r;
 }
 
-void make_folder(const std::string& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw WriteError(folder, error.value());
-}
-
-void remove_if_there(const std::string& file) {
-  if (unlink(file.c_str()) != 0 && errno != ENOENT) throw WriteError(file, errno);
-}
-
 // Removes the files of a run that has saved nothing.
 void remove_results(const std::string& results) {
   remove_if_there(results);
@@ -130,7 +120,7 @@ double simulated_time(const Job& job) {
 
 void require_writable(const std::string& folder) {
   const std::string file = (fs::path(folder) / "write_test").string();
-  make_folder(folder);
+  make_own_folder(folder);
   const int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   const std::vector<char> bytes(probe_size);
   ssize_t written = -1;
@@ -158,7 +148,7 @@ RunProcess::RunProcess(const Job& job, const std::string& program, Note print_no
       note(set_aside_line(files_.results, e.what()));
     }
   }
-  make_folder(job_.folder);
+  make_own_folder(job_.folder);
   write_own_file(files_.case_file, job_.text, OutputFile::When::unsynced);
   std::vector<std::string> args = {program, "run"};
   if (resumed_)

@@ -5,7 +5,6 @@
 #include <sys/file.h>
 #include <unistd.h>
 
-#include <cerrno>
 #include <chrono>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -28,12 +27,6 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr auto look_every = std::chrono::milliseconds(100);
-
-void make_folder_of(const std::string& file) {
-  std::error_code error;
-  fs::create_directories(fs::path(file).parent_path(), error);
-  if (error) throw WriteError(file, error.value());
-}
 
 std::string outcome_file(const Job& job) {
   return (fs::path(job.folder) / (job.key + ".outcome")).string();
@@ -84,7 +77,7 @@ void write_tasks(const std::string& file, const std::vector<Job>& jobs,
                  const std::string& program) {
   json tasks = json::array();
   for (const Job& job : jobs) {
-    make_folder_of(JobFiles(job).case_file);
+    make_own_folder(job.folder);
     write_own_file(JobFiles(job).case_file, job.text);
     tasks.push_back({{"key", job.key},
                      {"folder", job.folder},
@@ -93,7 +86,7 @@ void write_tasks(const std::string& file, const std::vector<Job>& jobs,
                      {"memory_limit", job.limits.memory},
                      {"user_program", job.user_program}});
   }
-  make_folder_of(file);
+  make_own_folder(fs::path(file).parent_path());
   write_own_file(file, json{{"program", program}, {"tasks", tasks}}.dump(1) + '\n');
 }
 
@@ -135,10 +128,7 @@ std::optional<JobResult> read_task_outcome(const Job& job) {
   return measured;
 }
 
-void remove_task_outcome(const Job& job) {
-  const std::string file = outcome_file(job);
-  if (unlink(file.c_str()) != 0 && errno != ENOENT) throw WriteError(file, errno);
-}
+void remove_task_outcome(const Job& job) { remove_if_there(outcome_file(job)); }
 
 int run_slurm_task(const std::string& list, int index, const std::atomic<bool>* interrupt) {
   std::string program;
