@@ -73,11 +73,8 @@ void Batch::run(const std::vector<BatchRun>& runs, const Check& check) {
 // so that a folder stays whole without the store. A run that was cut short is known only as long as
 // it may take no more than it took.
 std::optional<JobResult> Batch::known_outcome(const BatchRun& run) {
-  const RunLimits& limits = run.job.limits;
   const auto stands = [&](const std::optional<JobResult>& r) {
-    if (!r) return false;
-    const double now = r->status == JobStatus::timed_out ? limits.time : limits.memory;
-    return !cut_short(r->status) || (now > 0 && now <= r->limit);
+    return r && holds_within(run.job.limits, *r);
   };
   const auto here = outcomes_.find(run.job.key);
   auto known =

@@ -50,6 +50,8 @@ inline bool cut_short(JobStatus status) {
   return status == JobStatus::timed_out || status == JobStatus::out_of_memory;
 }
 const char* to_string(JobStatus status);  // for messages and journals: "timed out", ...
+// The inverse for outcomes; nothing for any other text.
+std::optional<JobStatus> outcome_status(const std::string& text);
 
 struct JobResult {
   JobStatus status = JobStatus::failed;
@@ -60,6 +62,10 @@ struct JobResult {
   double limit = 0;      // limit that was exceeded, s or bytes
   std::string results_file = {};
 };
+
+// Whether a run with these limits would have this outcome: false for a run that was stopped at a
+// lower limit.
+bool holds_within(const RunLimits& limits, const JobResult& result);
 
 // Returns `result`, or a failure that names the response if a value exceeds 1e30 in magnitude: such
 // a number must not enter statistics and surrogates. NaN (undefined) is accepted.

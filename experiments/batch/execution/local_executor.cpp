@@ -96,6 +96,18 @@ const char* to_string(JobStatus status) {
   return "";
 }
 
+std::optional<JobStatus> outcome_status(const std::string& text) {
+  for (const JobStatus status : outcomes)
+    if (text == to_string(status)) return status;
+  return std::nullopt;
+}
+
+bool holds_within(const RunLimits& limits, const JobResult& result) {
+  if (!cut_short(result.status)) return true;
+  const double limit = result.status == JobStatus::timed_out ? limits.time : limits.memory;
+  return limit > 0 && limit <= result.limit;
+}
+
 JobResult plausible(JobResult result) {
   constexpr double kLargest = 1e30, kLongest = 1e12;  // s
   const auto refuse = [&](const std::string& what, double value) {

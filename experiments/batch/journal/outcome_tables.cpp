@@ -6,24 +6,14 @@
 #include <utility>
 
 namespace firn {
-namespace {
-
-// Nothing for a run that has not ended.
-std::optional<JobStatus> outcome_of(const std::string& text) {
-  for (const JobStatus status : outcomes)
-    if (text == to_string(status)) return status;
-  return std::nullopt;
-}
-
-}  // namespace
 
 std::optional<JobResult> read_outcome(Database& db, const std::string& key) {
   Statement run(db,
                 "SELECT status, reason, wall, simulated, cut_at, results FROM runs WHERE key = ?");
   run.bind(key);
   if (!run.next()) return std::nullopt;
-  const auto status = outcome_of(run.text(0));
-  if (!status) return std::nullopt;
+  const auto status = outcome_status(run.text(0));
+  if (!status) return std::nullopt;  // planned or running
   JobResult result{*status, run.text(1), {}, run.real(2), run.real(3), run.real(4), run.text(5)};
   Statement row(db,
                 "SELECT name, value, uncertainty, unit, method, method_version FROM responses "

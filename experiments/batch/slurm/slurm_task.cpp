@@ -99,9 +99,7 @@ std::optional<JobResult> read_task_outcome(const Job& job) {
         read_input_file(file, "an outcome of firn calibrate", input_limits::json_bytes), file);
     const JsonReader j(document, file);
     j.allow({"status", "reason", "wall", "simulated", "limit"});
-    const std::string text = j.string("status");
-    for (const JobStatus status : outcomes)
-      if (text == to_string(status)) r.status = status;
+    r.status = outcome_status(j.string("status")).value_or(JobStatus::failed);
     r.reason = j.string("reason");
     r.wall = j.number("wall");
     r.simulated = j.number("simulated");
@@ -110,10 +108,7 @@ std::optional<JobResult> read_task_outcome(const Job& job) {
     return std::nullopt;
   }
   r.results_file = JobFiles(job).results;
-  if (cut_short(r.status)) {
-    const double now = r.status == JobStatus::timed_out ? job.limits.time : job.limits.memory;
-    if (now <= 0 || now > r.limit) return std::nullopt;
-  }
+  if (!holds_within(job.limits, r)) return std::nullopt;
   if (r.status != JobStatus::finished && r.status != JobStatus::arched) return r;
   // Of a program, the responses may be late on a shared folder; then they do not read as JSON or
   // CSV.
