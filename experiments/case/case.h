@@ -152,7 +152,7 @@ struct DrainedRepose {
 struct Measure {
   enum class Kind { slip, slide, rebound, heap, accelerometer, drum, curve, load };
   Kind kind = Kind::slip;
-  std::string name;        // prefix of the names of its responses; may be empty
+  std::string name;        // may be empty
   std::optional<int> tag;  // only particles with this tag; none: all
   // slip, slide: motion in the x, y plane of the axes of a boundary.
   std::string boundary;
@@ -181,6 +181,9 @@ struct Measure {
   int contact = -1, coupling = -1;
   Vec3 direction = Vec3::Zero();  // unit, world
   std::string stage;
+
+  // Prefix of the names of its responses: "tilt_"; empty without a name.
+  std::string prefix() const { return name.empty() ? "" : name + "_"; }
 };
 
 // Middle one of the three edges of the bounding box, m: the particle size in responses of heaps.

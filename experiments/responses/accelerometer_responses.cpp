@@ -40,7 +40,7 @@ std::vector<Response> accelerometer_responses(const Recording& recording, const 
       along.push_back(Vec3(force[3 * i], force[3 * i + 1], force[3 * i + 2]).dot(direction));
     }
     if (acceleration.size() < 3) continue;
-    const std::string name = m.name.empty() ? "" : m.name + "_";
+    const std::string name = m.prefix();
     const std::string method = fmt::format("largest magnitude, CFC {:g} of SAE J211-1", m.cfc);
     const double peak = largest(channel_filter(acceleration, c.frame_interval, m.cfc));
     const double contact = largest(channel_filter(along, c.frame_interval, m.cfc));

@@ -61,7 +61,7 @@ Ledge side_of(const Measure& m, double end_wall, double particle_size) {
 
 void measure_heap(const Recording& recording, const Case& c, const Measure& m,
                   std::vector<Response>& out) {
-  const std::string prefix = m.name.empty() ? "" : m.name + "_";
+  const std::string prefix = m.prefix();
   const auto add = [&](const char* name, double value, double uncertainty, const char* unit,
                        const std::string& method) {
     out.push_back({prefix + name, {value}, {uncertainty}, unit, method, 1});

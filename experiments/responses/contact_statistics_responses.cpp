@@ -10,9 +10,7 @@ namespace {
 
 void add(std::vector<Response>& out, const std::string& name, double value, const std::string& unit,
          const std::string& method) {
-  std::string plain = name;
-  std::ranges::replace(plain, ' ', '_');
-  out.push_back({plain, {value}, {}, unit, method, 1});
+  out.push_back({response_name(name), {value}, {}, unit, method, 1});
 }
 
 void add_contacts(const Recording& recording, std::vector<Response>& out) {

@@ -118,7 +118,7 @@ void measure_drum(const Recording& recording, const Case& c, const Measure& m,
                     surface.size(), m.begin, kFewest));
   // Either way round: an angle that is taken up by the drum is positive.
   const double sign = mean_of(mass).first < 0 ? -1 : 1;
-  const std::string prefix = m.name.empty() ? "" : m.name + "_";
+  const std::string prefix = m.prefix();
   const auto add = [&](const char* name, double value, double uncertainty, const char* method) {
     out.push_back({prefix + name, {value}, {uncertainty}, "deg", method, 1});
   };

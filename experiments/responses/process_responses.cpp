@@ -11,16 +11,11 @@
 namespace firn {
 namespace {
 
-std::string plain(std::string name) {
-  std::ranges::replace(name, ' ', '_');
-  return name;
-}
-
 struct Out {
   std::vector<Response> responses;
   void add(const std::string& name, std::vector<double> value, const char* unit,
            const char* method) {
-    responses.push_back({plain(name), std::move(value), {}, unit, method, 1});
+    responses.push_back({response_name(name), std::move(value), {}, unit, method, 1});
   }
 };
 

@@ -212,7 +212,7 @@ struct Sample {
 
 class Responses {
  public:
-  explicit Responses(const Measure& m) : prefix_(m.name.empty() ? "" : m.name + "_") {}
+  explicit Responses(const Measure& m) : prefix_(m.prefix()) {}
 
   void add(const std::string& name, double value, const std::string& method) {
     list.push_back({prefix_ + name, {value}, {0.0}, "1", method, 1});

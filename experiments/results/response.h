@@ -1,6 +1,7 @@
 // Responses: quantities of a run that calibration and validation compare with measurements.
 #pragma once
 
+#include <algorithm>
 #include <limits>
 #include <string>
 #include <vector>
@@ -21,6 +22,12 @@ struct Response {
   std::string method;               // the estimator, e.g. "robust line through the mesh surface"
   int method_version = 1;           // incremented when results of the estimator change
 };
+
+// Part of the name of a response: `text`, such as the name of a boundary, with _ for each space.
+inline std::string response_name(std::string text) {
+  std::ranges::replace(text, ' ', '_');
+  return text;
+}
 
 // All default and requested responses of the case, computed from the results file.
 std::vector<Response> measure(const Recording& recording);

@@ -55,10 +55,7 @@ constexpr std::array kOthers = {
 std::vector<std::string> telling_names(const Case& c) {
   std::vector<std::string> names(kAngles.begin(), kAngles.end());
   names.emplace_back("_batches");
-  for (const Sensor& sensor : c.sensors) {
-    names.push_back(sensor.name + "_count");
-    std::ranges::replace(names.back(), ' ', '_');
-  }
+  for (const Sensor& sensor : c.sensors) names.push_back(response_name(sensor.name + "_count"));
   names.insert(names.end(), kOthers.begin(), kOthers.end());
   return names;
 }
