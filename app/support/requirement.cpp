@@ -5,18 +5,13 @@
 #include <algorithm>
 #include <charconv>
 
+#include "experiments/system/input_file.h"
 #include "experiments/text/response_aliases.h"
 #include "experiments/text/toml_aliases.h"
 #include "firn/math.h"
 
 namespace firn {
 namespace {
-
-std::string trimmed(const std::string& text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string::npos) return "";
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
 
 bool keeps(double value, const Requirement& r) {
   switch (r.relation) {

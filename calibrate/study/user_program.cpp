@@ -37,9 +37,7 @@ std::string replace_placeholders(
     const std::size_t end = text.find_first_of("{}\n", open + 2);
     const bool closed = end != text.npos && text.compare(end, 2, "}}") == 0;
     const std::size_t next = closed ? end + 2 : open + 2;
-    std::string name = closed ? text.substr(open + 2, end - open - 2) : std::string();
-    name.erase(0, name.find_first_not_of(" \t"));
-    name.erase(name.find_last_not_of(" \t") + 1);
+    const std::string name = closed ? trimmed(text.substr(open + 2, end - open - 2)) : "";
     line += static_cast<std::size_t>(std::count(text.begin() + static_cast<std::ptrdiff_t>(at),
                                                 text.begin() + static_cast<std::ptrdiff_t>(open),
                                                 '\n'));

@@ -283,14 +283,9 @@ Case read_case(const std::string& file, const std::vector<Override>& overrides,
 
 Override parse_override(const std::string& text) {
   const std::size_t equals = text.find('=');
-  const auto trim = [](std::string s) {
-    s.erase(0, s.find_first_not_of(" \t"));
-    s.erase(s.find_last_not_of(" \t") + 1);
-    return s;
-  };
   Override result;
   if (equals != std::string::npos) {
-    result = {trim(text.substr(0, equals)), trim(text.substr(equals + 1))};
+    result = {trimmed(text.substr(0, equals)), trimmed(text.substr(equals + 1))};
   }
   if (result.first.empty() || result.second.empty()) {
     throw InputError(

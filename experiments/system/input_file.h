@@ -64,4 +64,7 @@ void require_plain_text(std::string_view bytes, const std::string& file, std::st
 // The first characters of a text, for messages.
 std::string shortened(std::string_view text);
 
+// The text without spaces and tabs at either end.
+std::string trimmed(std::string_view text, std::string_view blanks = " \t");
+
 }  // namespace firn

@@ -18,12 +18,7 @@
 namespace firn {
 namespace {
 
-std::string trimmed(std::string s) {
-  constexpr const char* kBlank = " \t\r";
-  s.erase(0, s.find_first_not_of(kBlank));
-  s.erase(s.find_last_not_of(kBlank) + 1);
-  return s;
-}
+constexpr std::string_view kBlanks = " \t\r";
 
 // What separates the fields of a file whose first row is this line. A tab next to a comma is blank.
 char separator_of(std::string_view header) {
@@ -89,7 +84,7 @@ class RowReader {
   static void on_field(void* data, std::size_t size, void* self) {
     auto* reader = static_cast<RowReader*>(self);
     if (reader->fields_.size() < input_limits::csv_fields)
-      reader->fields_.push_back(trimmed(std::string(static_cast<const char*>(data), size)));
+      reader->fields_.push_back(trimmed({static_cast<const char*>(data), size}, kBlanks));
     else
       reader->too_many_fields_ = true;  // nothing is thrown through the library
   }
@@ -131,7 +126,8 @@ CsvHeading csv_heading(const std::string& field) {
   if (open == field.npos) return {field, ""};
   const std::size_t shut = field.find_last_of("])");
   if (shut == field.npos || shut < open) return {field, ""};
-  return {trimmed(field.substr(0, open)), trimmed(field.substr(open + 1, shut - open - 1))};
+  return {trimmed(field.substr(0, open), kBlanks),
+          trimmed(field.substr(open + 1, shut - open - 1), kBlanks)};
 }
 
 std::vector<CsvRow> read_csv_table(const std::string& file) {
