@@ -7,38 +7,12 @@
 #include <cmath>
 #include <limits>
 
+#include "experiments/analysis/triangle_scan.h"
+
 namespace firn {
 namespace {
 
-// A number of a cell; of what is far away, one outside of any grid.
-int cell(double number) { return static_cast<int>(std::clamp(number, -1e9, 1e9)); }
-
-// Calls visit(i, j, z) for every cell whose middle lies on the triangle in plan. Corners in cell
-// units (x, y) and meters (z).
-template <class Visit>
-void scan_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const PlanGrid& grid,
-                   Visit&& visit) {
-  const double area = (b.x() - a.x()) * (c.y() - a.y()) - (c.x() - a.x()) * (b.y() - a.y());
-  if (area == 0) return;  // seen edge-on: its neighbors cover the cell
-  const auto [u_min, u_max] = std::minmax({a.x(), b.x(), c.x()});
-  const auto [v_min, v_max] = std::minmax({a.y(), b.y(), c.y()});
-  const int i_first = std::max(0, cell(std::ceil(u_min - 0.5)));
-  const int i_last = std::min(grid.nx - 1, cell(std::floor(u_max - 0.5)));
-  const int j_first = std::max(0, cell(std::ceil(v_min - 0.5)));
-  const int j_last = std::min(grid.ny - 1, cell(std::floor(v_max - 0.5)));
-  // Barycentric coordinates; the small slack closes the cracks between triangles.
-  constexpr double slack = -1e-12;
-  for (int i = i_first; i <= i_last; ++i) {
-    for (int j = j_first; j <= j_last; ++j) {
-      const double u = i + 0.5, v = j + 0.5;
-      const double wa = ((b.x() - u) * (c.y() - v) - (c.x() - u) * (b.y() - v)) / area;
-      const double wb = ((c.x() - u) * (a.y() - v) - (a.x() - u) * (c.y() - v)) / area;
-      const double wc = 1 - wa - wb;
-      if (wa < slack || wb < slack || wc < slack) continue;
-      visit(i, j, wa * a.z() + wb * b.z() + wc * c.z());
-    }
-  }
-}
+constexpr double kSlack = 1e-12;  // of barycentric coordinates
 
 // Largest value within `half` rows, also of rows up to `half` beyond the edge: `half` rows more at
 // either end. Keeping those is what lets a slope survive the closing at its edges.
@@ -96,21 +70,23 @@ std::vector<ColumnSpan> column_spans(const PlacedMesh& body, const PlanGrid& gri
   if (u_max < 0 || v_max < 0 || u_min > grid.nx || v_min > grid.ny) return {};
 
   // Spans of the body's own rectangle of cells, then only those that were hit.
-  const int i_first = std::max(0, cell(std::floor(u_min)));
-  const int i_last = std::min(grid.nx - 1, cell(std::floor(u_max)));
-  const int j_first = std::max(0, cell(std::floor(v_min)));
-  const int j_last = std::min(grid.ny - 1, cell(std::floor(v_max)));
+  const int i_first = std::max(0, cell_index(std::floor(u_min)));
+  const int i_last = std::min(grid.nx - 1, cell_index(std::floor(u_max)));
+  const int j_first = std::max(0, cell_index(std::floor(v_min)));
+  const int j_last = std::min(grid.ny - 1, cell_index(std::floor(v_max)));
   const int across = j_last - j_first + 1;
   std::vector<ColumnSpan> spans(static_cast<std::size_t>((i_last - i_first + 1) * across),
                                 ColumnSpan{0, 0, huge, -huge});
   for (const auto& t : mesh.triangles) {
-    scan_triangle(corners[t[0]], corners[t[1]], corners[t[2]], grid, [&](int i, int j, double z) {
-      ColumnSpan& span = spans[static_cast<std::size_t>((i - i_first) * across + j - j_first)];
-      span.i = i;
-      span.j = j;
-      span.bottom = std::min(span.bottom, z);
-      span.top = std::max(span.top, z);
-    });
+    scan_triangle(corners[t[0]], corners[t[1]], corners[t[2]], grid.nx, grid.ny, kSlack,
+                  [&](int i, int j, double z) {
+                    ColumnSpan& span =
+                        spans[static_cast<std::size_t>((i - i_first) * across + j - j_first)];
+                    span.i = i;
+                    span.j = j;
+                    span.bottom = std::min(span.bottom, z);
+                    span.top = std::max(span.top, z);
+                  });
   }
   std::erase_if(spans, [](const ColumnSpan& span) { return span.top < span.bottom; });
   return spans;

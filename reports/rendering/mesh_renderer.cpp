@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include "experiments/analysis/triangle_scan.h"
+
 namespace firn {
 namespace {
 
@@ -31,29 +33,15 @@ struct DepthBuffer {
 // Corners in samples (x, y) and nearness (z).
 void fill_triangle(const Vec3& a, const Vec3& b, const Vec3& c, int body,
                    const Eigen::Vector3f& normal, DepthBuffer& buffer) {
-  const double area = (b.x() - a.x()) * (c.y() - a.y()) - (c.x() - a.x()) * (b.y() - a.y());
-  if (area == 0) return;
-  const auto [x_min, x_max] = std::minmax({a.x(), b.x(), c.x()});
-  const auto [y_min, y_max] = std::minmax({a.y(), b.y(), c.y()});
-  const int x_first = std::max(0, static_cast<int>(std::ceil(x_min - 0.5)));
-  const int x_last = std::min(buffer.width - 1, static_cast<int>(std::floor(x_max - 0.5)));
-  const int y_first = std::max(0, static_cast<int>(std::ceil(y_min - 0.5)));
-  const int y_last = std::min(buffer.height - 1, static_cast<int>(std::floor(y_max - 0.5)));
-  for (int y = y_first; y <= y_last; ++y) {
-    for (int x = x_first; x <= x_last; ++x) {
-      const double u = x + 0.5, v = y + 0.5;
-      const double wa = ((b.x() - u) * (c.y() - v) - (c.x() - u) * (b.y() - v)) / area;
-      const double wb = ((c.x() - u) * (a.y() - v) - (a.x() - u) * (c.y() - v)) / area;
-      const double wc = 1 - wa - wb;
-      if (wa < -1e-9 || wb < -1e-9 || wc < -1e-9) continue;
-      const double near = wa * a.z() + wb * b.z() + wc * c.z();
-      const std::size_t k = buffer.at(x, y);
-      if (near <= buffer.nearness[k]) continue;
-      buffer.nearness[k] = near;
-      buffer.body[k] = body;
-      buffer.normal[k] = normal;
-    }
-  }
+  const auto by_row = [](const Vec3& p) { return Vec3(p.y(), p.x(), p.z()); };
+  scan_triangle(by_row(a), by_row(b), by_row(c), buffer.height, buffer.width, 1e-9,
+                [&](int y, int x, double near) {
+                  const std::size_t k = buffer.at(x, y);
+                  if (near <= buffer.nearness[k]) return;
+                  buffer.nearness[k] = near;
+                  buffer.body[k] = body;
+                  buffer.normal[k] = normal;
+                });
 }
 
 DepthBuffer rasterise(const Scene& scene, const View& view, int width, int height, bool shadow) {
