@@ -85,6 +85,10 @@ std::string measured_text(double value, double standard_deviation, const std::st
   return measured_text(value, standard_deviation) + unit_suffix(unit);
 }
 
+std::string range_text(double low, double high, int digits) {
+  return fmt::format("{} to {}", number_text(low, digits), number_text(high, digits));
+}
+
 std::string unit_text(const std::string& unit) { return unit == "1" ? "" : unit; }
 
 std::string unit_suffix(const std::string& unit) {

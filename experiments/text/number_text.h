@@ -20,6 +20,9 @@ std::string measured_text(double value, double standard_deviation);
 // The same with the unit: "11.4 ± 1.2 deg".
 std::string measured_text(double value, double standard_deviation, const std::string& unit);
 
+// "9.1 to 10.9".
+std::string range_text(double low, double high, int digits = 3);
+
 // The unit for display: "deg". Empty for a bare number, whose unit is "1" or empty.
 std::string unit_text(const std::string& unit);
 

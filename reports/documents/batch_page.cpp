@@ -115,7 +115,7 @@ void estimate_section(const BatchState& state, page::Page& page) {
       "after the latest fit", {{"parameter", ""}, {"value", ""}, {"95 % interval", ""}}, {}};
   for (const auto& [name, p] : known.best)
     table.rows.push_back({page::words(name), number_text(p.value) + unit_suffix(p.unit),
-                          number_text(p.low) + " to " + number_text(p.high) + unit_suffix(p.unit)});
+                          range_text(p.low, p.high, 4) + unit_suffix(p.unit)});
   content.table(table);
   std::vector<std::string> determined;
   for (const BatchKnowledge::Determined& d : known.determined) determined.push_back(d.text());

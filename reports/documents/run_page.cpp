@@ -98,7 +98,7 @@ std::vector<page::Card> response_cards(const std::vector<Response>& responses, c
 }
 
 // A long list by its range.
-std::string range_text(const std::vector<double>& values) {
+std::string values_text(const std::vector<double>& values) {
   constexpr std::size_t kShort = 6;
   std::string all;
   double low = INFINITY, high = -INFINITY;
@@ -125,7 +125,7 @@ page::Table response_table(const std::vector<Response>& responses) {
   for (const Response& r : responses)
     table.rows.push_back(
         {r.name,
-         is_scalar(r) ? Cell::measured(r.value[0], uncertainty(r)) : Cell(range_text(r.value)),
+         is_scalar(r) ? Cell::measured(r.value[0], uncertainty(r)) : Cell(values_text(r.value)),
          unit_text(r.unit), r.method});
   return table;
 }

@@ -34,8 +34,7 @@ Badge verdict_badge(const std::string& verdict) {
 }
 
 std::string interval_text(const StudyDocument::Interval& ends) {
-  return fmt::format("{} to {}", page::number_text(ends.first, 3),
-                     page::number_text(ends.second, 3));
+  return range_text(ends.first, ends.second);
 }
 
 // Without the verdict in front, which the badge says.

@@ -17,11 +17,6 @@ namespace {
 
 using page::words;
 
-// "9.1 to 10.9"
-std::string range_text(double low, double high) {
-  return fmt::format("{} to {}", number_text(low, 3), number_text(high, 3));
-}
-
 using Distribution = StudyDocument::Distribution;
 using Indices = StudyDocument::Sensitivity::Indices;
 

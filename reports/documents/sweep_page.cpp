@@ -128,7 +128,7 @@ std::string range_of(const Responded& r) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const double v : r.mean)
     if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
-  return fmt::format("{} to {}", number_text(low), number_text(high));
+  return range_text(low, high, 4);
 }
 
 // By x; without errors where none is known.
@@ -335,8 +335,7 @@ void effects_section(const SweepDocument& results, page::Page& page) {
                      {"mean", ""},   {"standard deviation", ""}, {"effects", ""}};
     if (has_noise) table.columns.push_back({"noise", ""});
     for (const auto& [factor, e] : effects) {
-      const std::string interval = fmt::format("{} to {}", number_text(e.interval_95.first),
-                                               number_text(e.interval_95.second));
+      const std::string interval = range_text(e.interval_95.first, e.interval_95.second, 4);
       std::vector<Cell>& row = table.rows.emplace_back(std::vector<Cell>{
           words(factor), Cell(e.mean_absolute),
           Cell(std::isfinite(e.interval_95.first) ? interval : std::string()), Cell(e.mean),
