@@ -67,8 +67,8 @@ ReferenceSet reference_set_of(const Study& study, const CheckedSet& set, const s
     if (experiment == nullptr || run.status != to_string(JobStatus::finished)) continue;
     // The same parameters and seed are the same complete case: the same key.
     const auto overrides = overrides_of(study, *experiment, set.values, run.label.seed);
-    const std::string text = executor.resolve(experiment->case_file, overrides, {});
-    if (run_key(case_identity(text), run.program) != run.key) continue;
+    const ResolvedCase resolved = executor.resolve(experiment->case_file, overrides, {});
+    if (run_key(resolved.identity, run.program) != run.key) continue;
     reference.runs.push_back({run.label.experiment, run.label.seed, responses_of(study, run)});
   }
   std::ranges::sort(reference.runs, {},
@@ -263,7 +263,7 @@ std::vector<SimulatedCase> cases_of(const Study& study, const ReferenceSet& refe
     SimulatedCase c{
         e.name,
         {},
-        executor.resolve(e.case_file, overrides_of(study, e, reference.values, seed), {})};
+        executor.resolve(e.case_file, overrides_of(study, e, reference.values, seed), {}).text};
     for (std::size_t i = 0; i < study.parameters.size(); ++i)
       if (e.takes[i]) c.parameters.push_back(study.parameters[i].name);
     cases.push_back(c);

@@ -29,8 +29,9 @@ BatchRun Batch::make(const std::string& case_file, const std::vector<Override>& 
   BatchRun run;
   run.job.case_file = case_file;
   run.job.overrides = overrides;
-  run.job.text = executor_.resolve(case_file, overrides, materials);
-  run.job.key = run_key(case_identity(run.job.text), program_);
+  ResolvedCase resolved = executor_.resolve(case_file, overrides, materials);
+  run.job.text = std::move(resolved.text);
+  run.job.key = run_key(resolved.identity, program_);
   run.job.folder = folder;
   run.planned = {run.job.key, run.job.text, program_, label};
   return run;

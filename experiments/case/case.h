@@ -252,6 +252,7 @@ struct Case {
   // Complete TOML text with all defaults. Paths are absolute, and content hashes identify mesh
   // files. read_case_text() of it gives the same case.
   std::string resolved;
+  std::string identity;  // case_identity(resolved)
 };
 
 using Override = std::pair<std::string, std::string>;  // TOML path, TOML value text
@@ -275,7 +276,7 @@ std::uint64_t to_steps(const Case& c, double seconds);
 // with the first name of each renamed key. A rename does not change it.
 std::string case_identity(const std::string& resolved);
 
-// SHA-256 of case_identity() as hexadecimal digits: equal for equal cases, seed and mesh files
+// SHA-256 of the identity as hexadecimal digits: equal for equal cases, seed and mesh files
 // included.
 std::string case_hash(const Case& c);
 

@@ -271,6 +271,7 @@ Case read_case_text(const std::string& text, const std::string& source,
   root.at("", [&] { validate(model); });
   check_timestep(root, c);
   c.resolved = document.text();
+  c.identity = document.first_names_text();
   return c;
 }
 
@@ -306,6 +307,6 @@ std::string case_identity(const std::string& resolved) {
   return TomlDocument(resolved, "case", TomlFormat::case_file, OldNames::accept).first_names_text();
 }
 
-std::string case_hash(const Case& c) { return sha256(case_identity(c.resolved)); }
+std::string case_hash(const Case& c) { return sha256(c.identity); }
 
 }  // namespace firn

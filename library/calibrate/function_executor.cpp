@@ -29,11 +29,11 @@ double number_of(const std::string& value) {
 
 }  // namespace
 
-std::string FunctionExecutor::resolve(const std::string&, const std::vector<Override>& overrides,
-                                      const MaterialRequest&) {
+ResolvedCase FunctionExecutor::resolve(const std::string&, const std::vector<Override>& overrides,
+                                       const MaterialRequest&) {
   std::string text = fmt::format("simulator = {}\n", options_.simulator_version);
   for (const auto& [key, value] : overrides) text += key + " = " + value + "\n";
-  return text;
+  return {text, case_identity(text)};
 }
 
 JobResult FunctionExecutor::simulate(const Job& job) const {

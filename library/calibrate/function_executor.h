@@ -17,8 +17,8 @@ class FunctionExecutor : public Executor {
       : simulator_(simulator), options_(options) {}
 
   // One line for each parameter and the seed, behind the version of the simulator.
-  std::string resolve(const std::string& case_file, const std::vector<Override>& overrides,
-                      const MaterialRequest& materials) override;
+  ResolvedCase resolve(const std::string& case_file, const std::vector<Override>& overrides,
+                       const MaterialRequest& materials) override;
   void run(const std::vector<Job>& jobs, const JobEvents& events) override;
 
   const std::atomic<bool>& stopped() const { return stop_; }

@@ -257,7 +257,7 @@ TEST_F(KillTest, ARunThatTimedOutGoesOnUnderAHigherLimit) {
     const auto executor = local_executor({program, 1, nullptr});
     Job job;
     job.key = "k";
-    job.text = executor->resolve(folder_ / "balls.toml", {{"case.duration", "\"15 s\""}}, {});
+    job.text = executor->resolve(folder_ / "balls.toml", {{"case.duration", "\"15 s\""}}, {}).text;
     job.folder = folder_ / folder;
     job.limits.time = limit;
     JobResult result;

@@ -125,7 +125,7 @@ std::vector<JobResult> SimulatedStudies::runs_at(const Values& values, std::uint
       for (const std::string& key : problem_.unknowns[i].keys)
         job.overrides.emplace_back(key, problem_.unknowns[i].text(values[i]));
     job.case_file = case_file;
-    job.text = executor_->resolve(job.case_file, job.overrides, {});
+    job.text = executor_->resolve(job.case_file, job.overrides, {}).text;
     job.key = run_key(job.text, firn_program());
     job.folder = (fs::path(folder_) / "runs").string();
     keys.push_back(job.key);

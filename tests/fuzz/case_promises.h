@@ -33,6 +33,7 @@ inline void require_round_trip(const Case& c, const CaseFolder& folder) {
   }
   if (again.resolved != c.resolved)
     broken("a resolved case resolves to itself:\n" + c.resolved + "\n----\n" + again.resolved);
+  require(c.identity == case_identity(c.resolved), "its identity is that of the resolved text");
   require(again.model.timestep == c.model.timestep, "the time step is the same");
   require(again.model.particles.size() == c.model.particles.size(), "so are the particles");
   require(again.model.shapes.size() == c.model.shapes.size(), "so are the shapes");

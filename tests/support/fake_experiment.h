@@ -31,11 +31,11 @@ class FakeExperiment : public Executor {
 
   explicit FakeExperiment(Formula formula) : formula_(std::move(formula)) {}
 
-  std::string resolve(const std::string&, const std::vector<Override>& overrides,
-                      const MaterialRequest&) override {
+  ResolvedCase resolve(const std::string&, const std::vector<Override>& overrides,
+                       const MaterialRequest&) override {
     std::string text;
     for (const auto& [key, value] : overrides) text += key + " = " + value + "\n";
-    return text;
+    return {text, case_identity(text)};
   }
 
   void run(const std::vector<Job>& jobs, const JobEvents& events) override {

@@ -83,13 +83,19 @@ struct JobEvents {
   std::function<void(const Job&, const std::string&)> note;  // one message about its files
 };
 
+// A run before it is simulated.
+struct ResolvedCase {
+  std::string text;      // complete: what is executed
+  std::string identity;  // case_identity(text), from which the key of the run is computed
+};
+
 class Executor {
  public:
   virtual ~Executor() = default;
-  // The complete text of the case with these overrides and material records, from which the key of
-  // the run is computed. Throws InputError for overrides that do not fit the case.
-  virtual std::string resolve(const std::string& case_file, const std::vector<Override>& overrides,
-                              const MaterialRequest& materials) = 0;
+  // The case with these overrides and material records, as read_case() completes it. Throws
+  // InputError for overrides that do not fit the case.
+  virtual ResolvedCase resolve(const std::string& case_file, const std::vector<Override>& overrides,
+                               const MaterialRequest& materials);
   // Executes all jobs and reports the start and the end of each. ended() is not called
   // concurrently. Resumes from the files of an earlier killed attempt in the folder of the job if
   // possible.

@@ -23,11 +23,6 @@ class LocalExecutor final : public Executor {
       options_.jobs = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   }
 
-  std::string resolve(const std::string& case_file, const std::vector<Override>& overrides,
-                      const MaterialRequest& materials) override {
-    return read_case(case_file, overrides, materials).resolved;
-  }
-
   void run(const std::vector<Job>& jobs, const JobEvents& events) override {
     std::deque<Job> waiting(jobs.begin(), jobs.end());
     Running running;
@@ -71,6 +66,12 @@ class LocalExecutor final : public Executor {
 };
 
 }  // namespace
+
+ResolvedCase Executor::resolve(const std::string& case_file, const std::vector<Override>& overrides,
+                               const MaterialRequest& materials) {
+  Case c = read_case(case_file, overrides, materials);
+  return {std::move(c.resolved), std::move(c.identity)};
+}
 
 std::string own_program() { return std::filesystem::read_symlink("/proc/self/exe").string(); }
 

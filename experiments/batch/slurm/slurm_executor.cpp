@@ -46,11 +46,6 @@ class SlurmExecutor final : public Executor {
     if (options_.task_program.empty()) options_.task_program = own_program();
   }
 
-  std::string resolve(const std::string& case_file, const std::vector<Override>& overrides,
-                      const MaterialRequest& materials) override {
-    return read_case(case_file, overrides, materials).resolved;
-  }
-
   void run(const std::vector<Job>& jobs, const JobEvents& events) override {
     Tasks tasks;
     for (const Job& job : jobs) tasks[job.key].job = job;

@@ -41,6 +41,7 @@ TEST_F(IcemakerCases, EveryCaseIsWholeAndReadsAgainFromItsResolvedText) {
                            "arm_binding", "arm_linkage", "glass_impact", "platen_test"}) {
     const Case c = read_case(shipped(name));
     EXPECT_EQ(read_case_text(c.resolved, "again.toml", "/").resolved, c.resolved) << name;
+    EXPECT_EQ(c.identity, case_identity(c.resolved)) << name;
   }
 }
 
