@@ -9,8 +9,10 @@
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
+#include <map>
 #include <numeric>
 #include <set>
+#include <utility>
 
 #include "calibrate/output/text_format.h"
 #include "experiments/measurements/measurement.h"
@@ -62,13 +64,18 @@ ReferenceSet reference_set_of(const Study& study, const CheckedSet& set, const s
                                    std::sqrt(set.predicted[k].variance),
                                    stored_unit(study.targets[k].unit)});
   if (!set.run()) return reference;
+  std::map<std::pair<const Experiment*, std::uint64_t>, std::string> identities;  // by seed
   for (const JournalRun& run : runs) {
     const Experiment* experiment = experiment_of(study, run);
     if (experiment == nullptr || run.status != to_string(JobStatus::finished)) continue;
     // The same parameters and seed are the same complete case: the same key.
-    const auto overrides = overrides_of(study, *experiment, set.values, run.label.seed);
-    const ResolvedCase resolved = executor.resolve(experiment->case_file, overrides, {});
-    if (run_key(resolved.identity, run.program) != run.key) continue;
+    std::string& identity = identities[{experiment, run.label.seed}];
+    if (identity.empty())
+      identity = executor
+                     .resolve(experiment->case_file,
+                              overrides_of(study, *experiment, set.values, run.label.seed), {})
+                     .identity;
+    if (run_key(identity, run.program) != run.key) continue;
     reference.runs.push_back({run.label.experiment, run.label.seed, responses_of(study, run)});
   }
   std::ranges::sort(reference.runs, {},
