@@ -395,6 +395,6 @@ struct ValidationDocument {
 };
 
 // Throws InputError for a file that is no results.json of a validation.
-ValidationDocument read_validation_document(const std::string& results_file);
+ValidationDocument read_validation_document(const ResultsJson& results);
 
 }  // namespace firn

@@ -209,10 +209,8 @@ std::string render_json(const Validation& v) {
   return json_text(std::move(d), 1);
 }
 
-ValidationDocument read_validation_document(const std::string& results_file) {
-  return document_from_json<ValidationDocument>(
-      read_results_json(results_file, "the results of a validation", "validation", "firn validate"),
-      results_file);
+ValidationDocument read_validation_document(const ResultsJson& results) {
+  return document_from_results<ValidationDocument>(results, "validation", "firn validate");
 }
 
 }  // namespace firn

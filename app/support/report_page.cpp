@@ -47,11 +47,11 @@ page::Page report_page(const std::string& path, const ValidationPageOptions& opt
                     "or optimization, "
                     "or its results.json",
                     source.string()));
-  const std::string kind = results_kind(read_results_json(
-      source.string(), "the results.json of a study, validation, sweep or optimization"));
-  if (kind == "sweep") return sweep_page(source.string());
-  if (kind == "optimization") return optimization_page(source.string());
-  return kind == "study" ? study_page(source.string()) : validation_page(source.string(), options);
+  const ResultsJson results = read_results_json(source.string());
+  const std::string kind = results.kind();
+  if (kind == "sweep") return sweep_page(results);
+  if (kind == "optimization") return optimization_page(results);
+  return kind == "study" ? study_page(results) : validation_page(results, options);
 }
 
 std::string write_folder_page(const std::string& folder) {

@@ -149,6 +149,6 @@ struct OptimizationDocument {
 };
 
 // Throws InputError for a file that is no results.json of an optimization.
-OptimizationDocument read_optimization_document(const std::string& results_file);
+OptimizationDocument read_optimization_document(const ResultsJson& results);
 
 }  // namespace firn

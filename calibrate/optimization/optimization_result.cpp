@@ -128,11 +128,8 @@ std::vector<std::string> row(const OptimizationResult& r, const TriedDesign& t) 
 
 std::string render_json(const OptimizationResult& r) { return json_text(document_of(r), 1); }
 
-OptimizationDocument read_optimization_document(const std::string& results_file) {
-  return document_from_json<OptimizationDocument>(
-      read_results_json(results_file, "the results of an optimization", "optimization",
-                        "firn optimize"),
-      results_file);
+OptimizationDocument read_optimization_document(const ResultsJson& results) {
+  return document_from_results<OptimizationDocument>(results, "optimization", "firn optimize");
 }
 
 std::string render_table(const OptimizationResult& r) {

@@ -311,11 +311,8 @@ StudyDocument study_document(const Study& study, const CalibrationResult& a) {
 
 std::string render_json(StudyDocument document) { return json_text(std::move(document), 2); }
 
-StudyDocument read_study_document(const std::string& results_file) {
-  return document_from_json<StudyDocument>(
-      read_results_json(results_file, "the results of a study (results.json in its folder)",
-                        "study", "firn calibrate"),
-      results_file);
+StudyDocument read_study_document(const ResultsJson& results) {
+  return document_from_results<StudyDocument>(results, "study", "firn calibrate");
 }
 
 std::string render_posterior_csv(const Study& study, const CalibrationResult& a) {

@@ -41,7 +41,8 @@ struct FinishedStudy {
 
 FinishedStudy read_finished(const std::string& folder) {
   const std::filesystem::path path(folder);
-  const std::string results = (path / "results.json").string();
+  const ResultsJson results = read_results_json(
+      (path / "results.json").string(), "the results of a study (results.json in its folder)");
   const StudyDocument document = read_study_document(results);
   FinishedStudy s;
   s.name = document.study;
@@ -65,7 +66,7 @@ FinishedStudy read_finished(const std::string& folder) {
       throw InputError(fmt::format(
           "{}: parameters: \"{}\" has no median and no interval_95; expected a study with a "
           "posterior",
-          results, p.name));
+          results.file, p.name));
     Column c;
     c.name = p.name;
     c.unit = p.unit;
@@ -78,7 +79,7 @@ FinishedStudy read_finished(const std::string& folder) {
         throw InputError(fmt::format(
             "{}: parameters: \"{}\" has a median or an interval_95 without a number; expected "
             "numbers",
-            results, p.name));
+            results.file, p.name));
     if (document.estimate)
       if (const double* value = find_named(document.estimate->parameters, p.name))
         c.estimate = *value;

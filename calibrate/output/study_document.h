@@ -572,6 +572,6 @@ struct StudyDocument {
 
 std::string render_json(StudyDocument document);
 // Throws InputError for a file that is no results.json of a study.
-StudyDocument read_study_document(const std::string& results_file);
+StudyDocument read_study_document(const ResultsJson& results);
 
 }  // namespace firn

@@ -75,14 +75,7 @@ void JsonFieldReader::read(const Json& json, const JsonPlace& place, std::uint64
   value = json.get<std::uint64_t>();
 }
 
-FieldJson read_results_json(const std::string& file, const std::string& what) {
-  FieldJson document =
-      parse_ordered_json(read_input_file(file, what, input_limits::json_bytes), file);
-  use_current_json_names(document);
-  return document;
-}
-
-std::string results_kind(const FieldJson& document) {
+std::string ResultsJson::kind() const {
   if (!document.is_object()) return "";
   const FieldJson kind = document.value("kind", FieldJson());
   if (kind == "sweep" || kind == "validation" || kind == "optimization")
@@ -90,14 +83,18 @@ std::string results_kind(const FieldJson& document) {
   return document.contains("study") ? "study" : "";
 }
 
-FieldJson read_results_json(const std::string& file, const std::string& what,
-                            const std::string& kind, const std::string& command) {
-  FieldJson document = read_results_json(file, what);
-  if (results_kind(document) != kind)
+void ResultsJson::require_kind(const std::string& wanted, const std::string& command) const {
+  if (kind() != wanted)
     throw InputError(
         fmt::format("{}: is not a result of a {}; expected the results.json that {} writes", file,
-                    kind, command));
-  return document;
+                    wanted, command));
+}
+
+ResultsJson read_results_json(const std::string& file, const std::string& expected) {
+  ResultsJson results{
+      file, parse_ordered_json(read_input_file(file, expected, input_limits::json_bytes), file)};
+  use_current_json_names(results.document);
+  return results;
 }
 
 }  // namespace firn

@@ -198,16 +198,29 @@ std::string json_text(T document, int indent) {
                                                  nlohmann::ordered_json::error_handler_t::replace);
 }
 
-// A results.json of Firn in current names, at most as long as input_limits.h says. `what` it should
-// be goes into the message where it cannot be read.
-nlohmann::ordered_json read_results_json(const std::string& file, const std::string& what);
+// A parsed results.json of Firn.
+struct ResultsJson {
+  std::string file;
+  nlohmann::ordered_json document;  // in current names
 
-// "sweep", "validation", "optimization" or "study"; empty for a document of no such kind.
-std::string results_kind(const nlohmann::ordered_json& document);
+  // "sweep", "validation", "optimization" or "study"; empty for a document of no such kind.
+  std::string kind() const;
+  // Throws InputError for another kind. `command`: the command that writes it, for the message.
+  void require_kind(const std::string& wanted, const std::string& command) const;
+};
 
-// Reads a results.json of the given kind. `command`: the command that writes it, for the message.
-// Throws InputError for a file that cannot be read or has another kind.
-nlohmann::ordered_json read_results_json(const std::string& file, const std::string& what,
-                                         const std::string& kind, const std::string& command);
+// Throws InputError for a file that cannot be read or is longer than input_limits.h says.
+// `expected`: for the message.
+ResultsJson read_results_json(
+    const std::string& file,
+    const std::string& expected = "the results.json of a study, validation, sweep or optimization");
+
+// The document in a file of this kind. Throws InputError.
+template <class T>
+T document_from_results(const ResultsJson& results, const std::string& kind,
+                        const std::string& command) {
+  results.require_kind(kind, command);
+  return document_from_json<T>(results.document, results.file);
+}
 
 }  // namespace firn

@@ -163,9 +163,9 @@ page::Page optimization_page_of(const Document& d) {
 
 }  // namespace
 
-page::Page optimization_page(const std::string& results_file) {
-  const Document results = read_optimization_document(results_file);
-  return page_from(results_file, [&] { return optimization_page_of(results); });
+page::Page optimization_page(const ResultsJson& results) {
+  const Document document = read_optimization_document(results);
+  return page_from(results.file, [&] { return optimization_page_of(document); });
 }
 
 }  // namespace firn

@@ -378,10 +378,10 @@ page::Page page_of(const StudyDocument& results, const fs::path& folder) {
 
 }  // namespace
 
-page::Page study_page(const std::string& results_file) {
-  const StudyDocument results = read_study_document(results_file);
-  return page_from(results_file,
-                   [&] { return page_of(results, fs::path(results_file).parent_path()); });
+page::Page study_page(const ResultsJson& results) {
+  const StudyDocument document = read_study_document(results);
+  return page_from(results.file,
+                   [&] { return page_of(document, fs::path(results.file).parent_path()); });
 }
 
 }  // namespace firn

@@ -387,9 +387,9 @@ page::Page page_of(const SweepDocument& results) {
 
 }  // namespace
 
-page::Page sweep_page(const std::string& results_file) {
-  const SweepDocument results = read_sweep_document(results_file);
-  return page_from(results_file, [&] { return page_of(results); });
+page::Page sweep_page(const ResultsJson& results) {
+  const SweepDocument document = read_sweep_document(results);
+  return page_from(results.file, [&] { return page_of(document); });
 }
 
 }  // namespace firn

@@ -189,10 +189,10 @@ page::Page page_of(const ValidationDocument& results, const std::string& folder,
 
 }  // namespace
 
-page::Page validation_page(const std::string& results_file, const ValidationPageOptions& options) {
-  const ValidationDocument results = read_validation_document(results_file);
-  return page_from(results_file, [&] {
-    return page_of(results, std::filesystem::path(results_file).parent_path().string(), options);
+page::Page validation_page(const ResultsJson& results, const ValidationPageOptions& options) {
+  const ValidationDocument document = read_validation_document(results);
+  return page_from(results.file, [&] {
+    return page_of(document, std::filesystem::path(results.file).parent_path().string(), options);
   });
 }
 

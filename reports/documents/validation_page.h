@@ -2,8 +2,8 @@
 #pragma once
 
 #include <cstddef>
-#include <string>
 
+#include "experiments/text/json_fields.h"
 #include "reports/html/page.h"
 
 namespace firn {
@@ -15,7 +15,6 @@ struct ValidationPageOptions {
 
 // From a validation's results.json, and the results files that it names as far as they are there.
 // Throws InputError for another kind of file.
-page::Page validation_page(const std::string& results_file,
-                           const ValidationPageOptions& options = {});
+page::Page validation_page(const ResultsJson& results, const ValidationPageOptions& options = {});
 
 }  // namespace firn

@@ -104,6 +104,6 @@ struct SweepDocument {
 };
 
 // Throws InputError for a file that is no results.json of a sweep.
-SweepDocument read_sweep_document(const std::string& results_file);
+SweepDocument read_sweep_document(const ResultsJson& results);
 
 }  // namespace firn

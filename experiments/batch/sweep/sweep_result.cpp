@@ -216,10 +216,8 @@ SweepDocument document_of(const SweepResult& r) {
 
 std::string render_json(const SweepResult& r) { return json_text(document_of(r), 1); }
 
-SweepDocument read_sweep_document(const std::string& results_file) {
-  return document_from_json<SweepDocument>(
-      read_results_json(results_file, "the results of a sweep", "sweep", "firn sweep"),
-      results_file);
+SweepDocument read_sweep_document(const ResultsJson& results) {
+  return document_from_results<SweepDocument>(results, "sweep", "firn sweep");
 }
 
 }  // namespace firn

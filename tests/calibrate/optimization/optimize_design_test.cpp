@@ -196,7 +196,8 @@ TEST(OptimizeDesignDocument, IsReadAsItIsWritten) {
   const OptimizationResult r = search(
       file_text("maximize = \"rate\"", jam_limit, "runs = 50\nconfirmation_replicates = 8\n"),
       experiment, folder);
-  const OptimizationDocument d = read_optimization_document(folder / "out/results.json");
+  const OptimizationDocument d =
+      read_optimization_document(read_results_json(folder / "out/results.json"));
   EXPECT_EQ(d.verdict, to_string(r.verdict));
   EXPECT_EQ(d.objective, "rate");
   EXPECT_EQ(d.unit, "g/s");

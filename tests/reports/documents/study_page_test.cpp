@@ -70,7 +70,7 @@ class StudyPage : public ResultsFolder {
 };
 
 TEST_F(StudyPage, TellsWhatIsKnownAndStandsAlone) {
-  const std::string html = study_page(file(kResults)).html();
+  const std::string html = study_page(read_results_json(file(kResults))).html();
   for (const char* part :
        {"heap &amp; &lt;cubes&gt;", "its lower bound limits it", "0.50 ln(a) + 0.90 b",
         "-3.27 ± 0.12", "limited by the range only", "11.4 ± 1.2", "10.10 ± 0.90", "member 1",
@@ -86,7 +86,7 @@ TEST_F(StudyPage, TellsWhatIsKnownAndStandsAlone) {
 }
 
 TEST_F(StudyPage, ShowsPredictionsHistoryAndSensitivity) {
-  const std::string html = study_page(file(kResults)).html();
+  const std::string html = study_page(read_results_json(file(kResults))).html();
   for (const char* part :
        {"Predicted responses",
         "angle: measured 10.0 ± 1.0 deg; mean response 10.2 deg, 95 % 8.1 to 12.1; single run 10.2 "
@@ -100,9 +100,9 @@ TEST_F(StudyPage, ShowsPredictionsHistoryAndSensitivity) {
 
 TEST_F(StudyPage, StatesTheDiscrepancyOfATarget) {
   test::Json j = test::Json::parse(kResults);
-  EXPECT_THAT(study_page(file(j.dump())).html(), Not(HasSubstr("discrepancy")));
+  EXPECT_THAT(study_page(read_results_json(file(j.dump()))).html(), Not(HasSubstr("discrepancy")));
   j["targets"][0]["discrepancy"] = 1.5;
-  EXPECT_THAT(study_page(file(j.dump())).html(),
+  EXPECT_THAT(study_page(read_results_json(file(j.dump()))).html(),
               HasSubstr("10.0 ± 1.0 deg, discrepancy of the simulation ± 1.5 deg"));
 }
 
@@ -112,19 +112,19 @@ TEST_F(StudyPage, DrawsRecordedCurves) {
    "curve": "press", "unit": "N", "x_unit": "s", "explained_variance": 0.993,
    "recorded_rest": 0.12, "x": [0, 1, 2], "recorded": [1, 5, 6], "simulated_mean": [1, 4, 5],
    "components": [[0, 1, 1]]}])");
-  std::string html = study_page(file(j.dump())).html();
+  std::string html = study_page(read_results_json(file(j.dump()))).html();
   for (const char* part :
        {"press: 1 principal components hold 99.3 %", "leave of the recorded curve: 0.12 N"})
     EXPECT_THAT(html, HasSubstr(part)) << part;
   EXPECT_THAT(html, Not(HasSubstr("model at the answer")));
   j["answer"]["fit"]["press.score_1"] = {{"value", 0.9}, {"uncertainty", 0.1}, {"unit", "N"}};
-  html = study_page(file(j.dump())).html();
+  html = study_page(read_results_json(file(j.dump()))).html();
   EXPECT_THAT(html, HasSubstr("model at the answer"));
   for (const char* damaged :
        {"/curves/0/recorded", "/curves/0/components/0", "/curves/0/x", "/curves/0/x_unit"}) {
     test::Json broken = j;
     broken[test::Json::json_pointer(damaged)] = test::Json::array({1});
-    EXPECT_THROW(study_page(file(broken.dump())).html(), InputError) << damaged;
+    EXPECT_THROW(study_page(read_results_json(file(broken.dump()))).html(), InputError) << damaged;
   }
 }
 
@@ -137,7 +137,7 @@ TEST_F(StudyPage, ListsTheChoicesOfAParameter) {
                     "b": {"median": 0.2, "interval_68": [0.15, 0.25], "interval_95": [0.1, 0.3]}}},
     {"choice": "none", "prior": 0.6, "probability": null, "verdict": "too few runs",
      "headline": ""}]})");
-  const std::string html = study_page(file(j.dump())).html();
+  const std::string html = study_page(read_results_json(file(j.dump()))).html();
   for (const char* part :
        {"Choices of law", "the rest of this page is for &lt;linear&gt;", "0.973", "not known",
         "0.055, 0.02 to 0.1", "law = &lt;linear&gt; (probability 0.97); a = 0.05"})
@@ -152,12 +152,13 @@ TEST_F(StudyPage, NeedsNoPredictionsOrHistory) {
   test::Json& sensitivity = j["sensitivity"][0]["parameters"]["a"];
   for (const char* key : {"first_interval_95", "total", "total_interval_95"})
     sensitivity.erase(key);
-  const std::string html = study_page(file(j.dump())).html();
+  const std::string html = study_page(read_results_json(file(j.dump()))).html();
   for (const char* part : {"Predicted responses", "Estimate by number of runs", "total Sobol"})
     EXPECT_THAT(html, Not(HasSubstr(part))) << part;
   EXPECT_THAT(html, HasSubstr("angle by a: 0.4. angle by b: 0.6."));
   j["estimate_history"] = test::Json::array();
-  EXPECT_THAT(study_page(file(j.dump())).html(), Not(HasSubstr("Estimate by number of runs")));
+  EXPECT_THAT(study_page(read_results_json(file(j.dump()))).html(),
+              Not(HasSubstr("Estimate by number of runs")));
 }
 
 TEST_F(StudyPage, RefusesDamagedPredictionsHistoryAndIntervals) {
@@ -200,7 +201,7 @@ TEST_F(StudyPage, RefusesDamagedPredictionsHistoryAndIntervals) {
     test::Json j = test::Json::parse(kResults);
     j.at(test::Json::json_pointer(where)) = test::Json::parse(value);
     try {
-      study_page(file(j.dump()));
+      study_page(read_results_json(file(j.dump())));
       ADD_FAILURE() << where << " = " << value << " was accepted";
     } catch (const InputError& error) {
       const std::string said = error.what();
@@ -213,20 +214,20 @@ TEST_F(StudyPage, RefusesDamagedPredictionsHistoryAndIntervals) {
 TEST_F(StudyPage, SaysTheVerdictOnce) {
   std::string text = kResults;
   text.replace(text.find("a valley"), 8, "not identifiable: b is 0.2 +- 0.1");
-  const std::string html = study_page(file(text)).html();
+  const std::string html = study_page(read_results_json(file(text))).html();
   EXPECT_THAT(html, HasSubstr("not identifiable</span> b is 0.2 ± 0.1<"));
 }
 
 TEST_F(StudyPage, RefusesWhatIsNoResult) {
-  EXPECT_THROW(study_page(path("none.json")), InputError);
-  EXPECT_THROW(study_page(file("{")), InputError);
-  EXPECT_THROW(study_page(file("{\"kind\": \"validation\"}")), InputError);
-  EXPECT_THROW(study_page(file("{\"study\": \"x\"}")), InputError);
-  EXPECT_THROW(study_page("/dev/zero"), InputError);
-  EXPECT_THROW(study_page(file(std::string(1 << 20, '['))), InputError);
+  EXPECT_THROW(study_page(read_results_json(path("none.json"))), InputError);
+  EXPECT_THROW(study_page(read_results_json(file("{"))), InputError);
+  EXPECT_THROW(study_page(read_results_json(file("{\"kind\": \"validation\"}"))), InputError);
+  EXPECT_THROW(study_page(read_results_json(file("{\"study\": \"x\"}"))), InputError);
+  EXPECT_THROW(study_page(read_results_json("/dev/zero")), InputError);
+  EXPECT_THROW(study_page(read_results_json(file(std::string(1 << 20, '[')))), InputError);
   std::string keys = "{";
   for (int i = 0; i < 20000; ++i) keys += "\"k" + std::to_string(i) + "\":0,";
-  EXPECT_THROW(study_page(file(keys + "\"study\":\"x\"}")), InputError);
+  EXPECT_THROW(study_page(read_results_json(file(keys + "\"study\":\"x\"}"))), InputError);
 }
 
 // What a study writes can be read, whatever became of its runs.
@@ -267,7 +268,7 @@ TEST_F(StudyPage, OfEveryVerdict) {
                                     "values = { mu1 = 0.1, mu2 = 0.2 }\n")),
         folder / "out", experiment);
     verdicts.insert(s.verdict);
-    const std::string html = study_page(folder / "out/results.json").html();
+    const std::string html = study_page(read_results_json(folder / "out/results.json")).html();
     EXPECT_THAT(html, Not(HasSubstr("nan"))) << m.name;
     if (std::string(m.name) != "failed") continue;
     EXPECT_EQ(s.verdict, StudyVerdict::too_few_runs);
@@ -280,13 +281,13 @@ TEST_F(StudyPage, OfEveryVerdict) {
 // Every value of another type, length or size: a page, or one line.
 TEST_F(StudyPage, TakesOrRefusesWhatIsDamaged) {
   test::damage(test::Json::parse(kResults), 60,
-               [&](const std::string& text) { study_page(file(text)); });
+               [&](const std::string& text) { study_page(read_results_json(file(text))); });
 }
 
 using StudyPageLong = StudyPage;
 TEST_F(StudyPageLong, TakesOrRefusesAllThatIsDamaged) {
   test::damage(test::Json::parse(kResults), 0,
-               [&](const std::string& text) { study_page(file(text)); });
+               [&](const std::string& text) { study_page(read_results_json(file(text))); });
 }
 
 }  // namespace

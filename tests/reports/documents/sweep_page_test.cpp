@@ -60,7 +60,7 @@ class SweepPage : public ResultsFolder {
 };
 
 TEST_F(SweepPage, HasPlotsATableAndWhatFailed) {
-  const std::string html = sweep_page(file(kResults)).html();
+  const std::string html = sweep_page(read_results_json(file(kResults))).html();
   for (const char* part :
        {"ice &amp; &lt;steel&gt;", "1 of 2 runs finished", "peak force over modulus",
         "peak force by kind", "modulus / GPa", "peak force / N", "11.4 ± 1.2", "0.500 ± 0.020",
@@ -72,7 +72,7 @@ TEST_F(SweepPage, HasPlotsATableAndWhatFailed) {
 }
 
 TEST_F(SweepPage, RanksTheFactorsOfAScreening) {
-  const std::string html = sweep_page(file(screened().dump())).html();
+  const std::string html = sweep_page(read_results_json(file(screened().dump()))).html();
   for (const char* part :
        {"Which factor matters", "Effects on peak force", "peak force depends most on kind",
         "70.5 to 112", "mean absolute effect on peak force / N", "noise"})
@@ -94,7 +94,7 @@ TEST_F(SweepPage, DrawsManyCombinationsAsPoints) {
       one["responses"]["peak_force"]["mean"] = 3 * other + modulus[2];
       j["combinations"].push_back(one);
     }
-  const std::string html = sweep_page(file(j.dump())).html();
+  const std::string html = sweep_page(read_results_json(file(j.dump()))).html();
   EXPECT_THAT(html, HasSubstr("peak force over modulus"));
   EXPECT_THAT(html, HasSubstr("kind 19"));
 }
@@ -105,26 +105,30 @@ TEST_F(SweepPage, NeedsNoKeyThatIsVaried) {
   one["values"] = test::Json::object();
   j["combinations"] = {one};
   j["runs"][1]["combination"] = 0;
-  EXPECT_THAT(sweep_page(file(j.dump())).html(), HasSubstr("11.4 ± 1.2"));
+  EXPECT_THAT(sweep_page(read_results_json(file(j.dump()))).html(), HasSubstr("11.4 ± 1.2"));
 }
 
 TEST_F(SweepPage, RefusesWhatIsNoResult) {
-  EXPECT_THROW(sweep_page(path("none.json")), InputError);
-  EXPECT_THROW(sweep_page(file("{}")), InputError);
-  EXPECT_THROW(sweep_page(file("[]")), InputError);
-  EXPECT_THROW(sweep_page(file("{\"kind\": \"sweep\"}")), InputError);
+  EXPECT_THROW(sweep_page(read_results_json(path("none.json"))), InputError);
+  EXPECT_THROW(sweep_page(read_results_json(file("{}"))), InputError);
+  EXPECT_THROW(sweep_page(read_results_json(file("[]"))), InputError);
+  EXPECT_THROW(sweep_page(read_results_json(file("{\"kind\": \"sweep\"}"))), InputError);
 }
 
 TEST_F(SweepPage, TakesOrRefusesWhatIsDamaged) {
   for (const test::Json& whole : {test::Json::parse(kResults), screened()})
-    test::damage(whole, 60, [&](const std::string& text) { sweep_page(file(text)).html(); });
+    test::damage(whole, 60, [&](const std::string& text) {
+      sweep_page(read_results_json(file(text))).html();
+    });
 }
 
 class SweepPageLong : public SweepPage {};
 
 TEST_F(SweepPageLong, TakesOrRefusesAllThatIsDamaged) {
   for (const test::Json& whole : {test::Json::parse(kResults), screened()})
-    test::damage(whole, 0, [&](const std::string& text) { sweep_page(file(text)).html(); });
+    test::damage(whole, 0, [&](const std::string& text) {
+      sweep_page(read_results_json(file(text))).html();
+    });
 }
 
 }  // namespace

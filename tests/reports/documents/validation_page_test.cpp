@@ -98,16 +98,16 @@ class ValidationPage : public ResultsFolder {
 
 TEST_F(ValidationPage, TakesOrRefusesWhatIsDamaged) {
   test::damage(test::Json::parse(render_json(example())), 60,
-               [&](const std::string& text) { validation_page(file(text)); });
+               [&](const std::string& text) { validation_page(read_results_json(file(text))); });
 }
 using ValidationPageLong = ValidationPage;
 TEST_F(ValidationPageLong, TakesOrRefusesMuchThatIsDamaged) {
   test::damage(test::Json::parse(render_json(example())), 2000,
-               [&](const std::string& text) { validation_page(file(text)); });
+               [&](const std::string& text) { validation_page(read_results_json(file(text))); });
 }
 
 TEST_F(ValidationPage, HoldsEveryKindAndStandsAlone) {
-  const std::string html = validation_page(file(render_json(example()))).html();
+  const std::string html = validation_page(read_results_json(file(render_json(example())))).html();
   EXPECT_THAT(html, HasSubstr("Ice &amp; &lt;water&gt;"));
   EXPECT_THAT(html, HasSubstr("it falls &lt;far&gt;"));
   EXPECT_THAT(html, Not(HasSubstr("<far>")));
@@ -168,8 +168,8 @@ TEST_F(ValidationPage, IsTheSameFromAnEarlierFile) {
     EXPECT_THAT(text, HasSubstr(name));
   // Plots are numbered through all pages of a process.
   const auto page_from_text = [&](const std::string& results) {
-    return std::regex_replace(validation_page(file(results)).html(), std::regex("plot[0-9]+-"),
-                              "plot-");
+    return std::regex_replace(validation_page(read_results_json(file(results))).html(),
+                              std::regex("plot[0-9]+-"), "plot-");
   };
   EXPECT_EQ(page_from_text(text), page_from_text(now.dump()));
 }
@@ -178,7 +178,7 @@ TEST_F(ValidationPage, SaysOnceWhatHoldsOfSeveralParameterSets) {
   Validation v = example();
   v.comparisons[0].caveats = {"the bin was wet", "one run failed"};
   v.comparisons[1].caveats = {"the bin was wet"};
-  const std::string html = validation_page(file(render_json(v))).html();
+  const std::string html = validation_page(read_results_json(file(render_json(v)))).html();
   EXPECT_THAT(html, HasSubstr("<li>the bin was wet</li>"));
   EXPECT_THAT(html, HasSubstr("<li>soft: one run failed</li>"));
   EXPECT_THAT(html, Not(HasSubstr("hard: the bin")));
@@ -218,13 +218,15 @@ TEST_F(ValidationPage, CarriesOneReplayOfAnExperiment) {
   run(read_case_text(kFall, "fall.toml", "."), options("runs/k1.h5"));
   Validation v = example();
   v.groups[0].results[0].results_file = "/elsewhere/runs/k1.h5";
-  const std::string results = file(render_json(v)), html = validation_page(results).html();
+  const std::string results = file(render_json(v)),
+                    html = validation_page(read_results_json(results)).html();
   EXPECT_EQ(times(html, "id=\"replay-fall\""), 1U);
   EXPECT_EQ(times(html, "id=\"replay-data-fall\""), 1U);
   EXPECT_EQ(times(html, "const FirnReplayData"), 1U);
   EXPECT_THAT(html, HasSubstr("results file k1.h5, parameter set soft, seed 1"));
   EXPECT_EQ(times(html, "<a href=\"#h\">above</a>"), 4U);  // of the comparisons behind the first
-  const std::string without = validation_page(results, {.replays = false}).html();
+  const std::string without =
+      validation_page(read_results_json(results), {.replays = false}).html();
   EXPECT_THAT(without, Not(HasSubstr("FirnReplay")));
   EXPECT_THAT(without, Not(HasSubstr("Watch it")));
 }
@@ -234,15 +236,17 @@ TEST_F(ValidationPage, SaysWhyThereIsNoReplay) {
   std::ofstream(path("runs/k1.h5")) << "no results";
   Validation v = example();
   v.groups[0].results[0].results_file = path("runs/k1.h5");
-  EXPECT_THAT(validation_page(file(render_json(v))).html(), HasSubstr("no replay"));
+  EXPECT_THAT(validation_page(read_results_json(file(render_json(v)))).html(),
+              HasSubstr("no replay"));
 }
 
 TEST_F(ValidationPage, RefusesWhatIsNoResult) {
-  EXPECT_THROW(validation_page(path("none.json")), InputError);
-  EXPECT_THROW(validation_page(file("{")), InputError);
-  EXPECT_THROW(validation_page(file("{\"kind\": \"study\"}")), InputError);
-  EXPECT_THROW(validation_page(file("[1]")), InputError);
-  EXPECT_THROW(validation_page(file("{\"kind\": \"validation\", \"title\": 3}")), InputError);
+  EXPECT_THROW(validation_page(read_results_json(path("none.json"))), InputError);
+  EXPECT_THROW(validation_page(read_results_json(file("{"))), InputError);
+  EXPECT_THROW(validation_page(read_results_json(file("{\"kind\": \"study\"}"))), InputError);
+  EXPECT_THROW(validation_page(read_results_json(file("[1]"))), InputError);
+  EXPECT_THROW(validation_page(read_results_json(file("{\"kind\": \"validation\", \"title\": 3}"))),
+               InputError);
 }
 
 }  // namespace
