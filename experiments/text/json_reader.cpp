@@ -95,12 +95,12 @@ void JsonReader::fail(const std::string& message) const {
       fmt::format("{}: {}: {}", *source_, path_.empty() ? "document" : path_, message));
 }
 
-void JsonReader::allow(std::initializer_list<std::string_view> keys) const {
+void JsonReader::allow(std::span<const std::string_view> keys) const {
   if (!json_->is_object()) fail(fmt::format("is {}; expected an object", json_type(*json_)));
   for (const auto& [key, value] : json_->items()) {
     if (std::ranges::find(keys, key) != keys.end()) continue;
     fail(fmt::format("unknown key \"{}\"; the nearest known one is \"{}\"", key,
-                     nearest(key, keys)));
+                     nearest(key, {keys.begin(), keys.end()})));
   }
 }
 
@@ -208,6 +208,40 @@ std::vector<std::string> JsonReader::strings(std::string_view key) const {
   std::vector<std::string> values;
   for (const JsonReader& item : items(key)) values.push_back(item.text());
   return values;
+}
+
+std::map<std::string, std::string> JsonReader::texts(std::string_view key) const {
+  const JsonReader object = at(key);
+  if (!object.json_->is_object())
+    object.fail(fmt::format("is {}; expected an object", json_type(*object.json_)));
+  std::map<std::string, std::string> texts;
+  for (const auto& item : object.json_->items()) texts[item.key()] = object.string(item.key());
+  return texts;
+}
+
+void read_key(const JsonReader& j, const char* key, std::string& value) { value = j.string(key); }
+void read_key(const JsonReader& j, const char* key, double& value) { value = j.number(key); }
+void read_key(const JsonReader& j, const char* key, bool& value) { value = j.boolean(key); }
+void read_key(const JsonReader& j, const char* key, std::uint64_t& value) {
+  value = j.at(key).whole_number();
+}
+void read_key(const JsonReader& j, const char* key, WholeNumber& number) {
+  number.value = static_cast<int>(j.integer(key, 1, number.most));
+}
+void read_key(const JsonReader& j, const char* key, std::vector<double>& values) {
+  values = j.numbers(key);
+}
+void read_key(const JsonReader& j, const char* key, std::vector<std::string>& values) {
+  values = j.strings(key);
+}
+void read_key(const JsonReader& j, const char* key, std::vector<std::uint64_t>& values) {
+  for (const JsonReader& item : j.items(key)) values.push_back(item.whole_number());
+}
+void read_key(const JsonReader& j, const char* key, std::vector<std::vector<double>>& rows) {
+  for (const JsonReader& row : j.items(key)) rows.push_back(row.numbers());
+}
+void read_key(const JsonReader& j, const char* key, std::map<std::string, std::string>& texts) {
+  texts = j.texts(key);
 }
 
 }  // namespace firn
