@@ -20,12 +20,14 @@ using nlohmann::json;
 
 constexpr std::size_t most_responses = 1000, longest_name = 200;
 
-std::map<std::string, std::string> text_map(const json& document, const std::string& source,
-                                            const char* key) {
-  const JsonReader texts = JsonReader(document, source).at(key);
-  std::map<std::string, std::string> map;
-  for (const auto& item : document.at(key).items()) map[item.key()] = texts.string(item.key());
-  return map;
+// The template of a run: an object of its own in the text.
+struct InputOf {
+  ProgramRun& run;
+};
+
+void fields(StrictFields& f, InputOf& input) {
+  f.required("name", input.run.input_name);
+  f.required("text", input.run.input_text);
 }
 
 Response response_of(const std::string& name, double value, std::string unit) {
@@ -76,29 +78,24 @@ std::vector<Response> read_csv_responses(const std::string& file) {
 
 }  // namespace
 
-std::string program_run_text(const ProgramRun& run) {
-  return json{{"arguments", run.arguments},
-              {"input", {{"name", run.input_name}, {"text", run.input_text}}},
-              {"inputs", run.inputs},
-              {"responses", run.responses},
-              {"values", run.values}}
-             .dump(1) +
-         '\n';
+// In alphabetical order: keys of runs are computed from the text.
+static void fields(StrictFields& f, ProgramRun& run) {
+  f.required("arguments", run.arguments);
+  f.required("input", InputOf{run});
+  f.required("inputs", run.inputs);
+  f.required("responses", run.responses);
+  f.required("values", run.values);
 }
+
+std::string program_run_text(ProgramRun run) { return json_of(run).dump(1) + '\n'; }
 
 ProgramRun parse_program_run(const std::string& text) {
   const std::string source = "run of a program";
   const json document = parse_json(text, source);
   const JsonReader reader(document, source);
-  reader.allow({"arguments", "input", "inputs", "responses", "values"});
   ProgramRun run;
-  run.arguments = reader.strings("arguments");
+  read_object(reader, run);
   if (run.arguments.empty()) reader.fail("names no program");
-  run.input_name = reader.at("input").string_or_empty("name");
-  run.input_text = reader.at("input").string_or_empty("text");
-  run.inputs = text_map(document, source, "inputs");
-  run.responses = reader.string("responses");
-  run.values = text_map(document, source, "values");
   return run;
 }
 

@@ -23,7 +23,7 @@ struct ProgramRun {
 // results.
 inline constexpr const char* user_program_identity = "user program";
 
-std::string program_run_text(const ProgramRun& run);
+std::string program_run_text(ProgramRun run);
 // Inverse of program_run_text(). Throws InputError for any other text.
 ProgramRun parse_program_run(const std::string& text);
 

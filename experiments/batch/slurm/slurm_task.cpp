@@ -50,23 +50,55 @@ class RunLock {
   int descriptor_;
 };
 
-Job read_task(const std::string& list, int index, std::string& program) {
+// The file of an array.
+struct TaskList {
+  std::string program;
+  std::vector<Job> tasks;
+};
+
+}  // namespace
+
+// The text of a job is in its case file.
+static void fields(StrictFields& f, Job& job) {
+  f.required("folder", job.folder);
+  f.required("key", job.key);
+  f.required("memory_limit", job.limits.memory);
+  f.required("threads", WholeNumber{job.threads, 1024});
+  f.required("time_limit", job.limits.time);
+  f.required("user_program", job.user_program);
+}
+
+static void fields(StrictFields& f, TaskList& list) {
+  f.required("program", list.program);
+  f.required("tasks", list.tasks);
+}
+
+static nlohmann::ordered_json json_of(JobStatus& status) { return to_string(status); }
+static void read_key(const JsonReader& j, const char* key, JobStatus& status) {
+  status = outcome_status(j.string(key)).value_or(JobStatus::failed);
+}
+
+// Without responses: the results file has them.
+static void fields(StrictFields& f, JobResult& outcome) {
+  f.required("limit", outcome.limit);
+  f.required("reason", outcome.reason);
+  f.required("simulated", outcome.simulated);
+  f.required("status", outcome.status);
+  f.required("wall", outcome.wall);
+}
+
+namespace {
+
+Job read_task(const std::string& file, int index, std::string& program) {
   const json document = parse_json(
-      read_input_file(list, "a list of tasks of firn calibrate", input_limits::json_bytes), list);
-  const JsonReader reader(document, list);
-  reader.allow({"program", "tasks"});
-  program = reader.string("program");
-  const std::vector<JsonReader> tasks = reader.items("tasks");
-  if (index < 0 || index >= static_cast<int>(tasks.size()))
+      read_input_file(file, "a list of tasks of firn calibrate", input_limits::json_bytes), file);
+  TaskList list;
+  read_object(JsonReader(document, file), list);
+  if (index < 0 || index >= static_cast<int>(list.tasks.size()))
     throw InputError(
-        fmt::format("{}: holds no task {}; expected a list of firn calibrate", list, index));
-  const JsonReader& t = tasks[static_cast<std::size_t>(index)];
-  Job job;
-  job.key = t.string("key");
-  job.folder = t.string("folder");
-  job.threads = static_cast<int>(t.integer("threads", 1, 1024));
-  job.limits = {t.number("time_limit"), t.number("memory_limit")};
-  job.user_program = t.boolean("user_program");
+        fmt::format("{}: holds no task {}; expected a list of firn calibrate", file, index));
+  program = list.program;
+  Job job = std::move(list.tasks[static_cast<std::size_t>(index)]);
   job.text = read_own_file(JobFiles(job).case_file);
   return job;
 }
@@ -75,19 +107,13 @@ Job read_task(const std::string& list, int index, std::string& program) {
 
 void write_tasks(const std::string& file, const std::vector<Job>& jobs,
                  const std::string& program) {
-  json tasks = json::array();
   for (const Job& job : jobs) {
     make_own_folder(job.folder);
     write_own_file(JobFiles(job).case_file, job.text);
-    tasks.push_back({{"key", job.key},
-                     {"folder", job.folder},
-                     {"threads", job.threads},
-                     {"time_limit", job.limits.time},
-                     {"memory_limit", job.limits.memory},
-                     {"user_program", job.user_program}});
   }
+  TaskList list{program, jobs};
   make_own_folder(fs::path(file).parent_path());
-  write_own_file(file, json{{"program", program}, {"tasks", tasks}}.dump(1) + '\n');
+  write_own_file(file, json_of(list).dump(1) + '\n');
 }
 
 std::optional<JobResult> read_task_outcome(const Job& job) {
@@ -97,13 +123,7 @@ std::optional<JobResult> read_task_outcome(const Job& job) {
   try {
     const json document = parse_json(
         read_input_file(file, "an outcome of firn calibrate", input_limits::json_bytes), file);
-    const JsonReader j(document, file);
-    j.allow({"status", "reason", "wall", "simulated", "limit"});
-    r.status = outcome_status(j.string("status")).value_or(JobStatus::failed);
-    r.reason = j.string("reason");
-    r.wall = j.number("wall");
-    r.simulated = j.number("simulated");
-    r.limit = j.number("limit");
+    read_object(JsonReader(document, file), r);
   } catch (const InputError&) {  // a part of it, on a shared folder
     return std::nullopt;
   }
@@ -146,12 +166,8 @@ int run_slurm_task(const std::string& list, int index, const std::atomic<bool>* 
   if (result->status == JobStatus::interrupted) return 130;
   if (result->status == JobStatus::lost && stopped) return 130;  // the signal came to both
   if (result->status == JobStatus::lost) throw RunError(result->reason);
-  write_own_file(outcome_file(job), json{{"status", to_string(result->status)},
-                                         {"reason", result->reason},
-                                         {"wall", result->wall},
-                                         {"simulated", result->simulated},
-                                         {"limit", result->limit}}
-                                        .dump(-1, ' ', false, json::error_handler_t::replace));
+  write_own_file(outcome_file(job),
+                 json_of(*result).dump(-1, ' ', false, json::error_handler_t::replace));
   return 0;
 }
 
