@@ -9,7 +9,7 @@
 
 namespace firn {
 
-// Minimises the mean square of (simulated - target) / uncertainty over the targets, each simulated
+// Minimizes the mean square of (simulated - target) / uncertainty over the targets, each simulated
 // value the mean over the same budget.replicates_per_point seeds, and confirms the best with unused
 // seeds. Every evaluation goes through the journal: a resumed study replays the search and repeats
 // no run.

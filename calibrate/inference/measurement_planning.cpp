@@ -20,7 +20,7 @@ double log_normal_density(double y, double mean, double variance) {
   return -0.5 * ((y - mean) * (y - mean) / variance + std::log(2 * M_PI * variance));
 }
 
-// Of the values x with these weights (not normalised).
+// Of the values x with these weights (not normalized).
 double weighted_sd(const std::vector<double>& x, const std::vector<double>& weight) {
   double w = 0, mean = 0, squares = 0;
   for (std::size_t s = 0; s < x.size(); ++s) {

@@ -15,7 +15,7 @@ std::vector<Eigen::VectorXd> maximin_latin_hypercube(int count, int dimensions, 
                                                      const std::vector<Eigen::VectorXd>& taken);
 
 // Point i of a low-discrepancy sequence in the unit cube (multiples of the inverse powers of the
-// generalised golden ratio; Roberts 2018).
+// generalized golden ratio; Roberts 2018).
 Eigen::VectorXd quasi_random_point(std::uint64_t i, int dimensions);
 
 // `count` points [count, dimensions] of the Halton sequence whose digits are permuted at random,

@@ -78,7 +78,7 @@ const FirnReplayData = (() => {
       const i = (frame * this.bodies + body) * CHANNELS;
       for (let k = 0; k < 3; ++k) out[at + k] = this.low[k] + (this.poses[i + k] + 32767) * this.step[k];
     }
-    // Not yet normalised: x y z w.
+    // Not yet normalized: x y z w.
     orientation(frame, body, out) {
       const i = (frame * this.bodies + body) * CHANNELS;
       for (let k = 0; k < 3; ++k) out[k] = this.poses[i + 4 + k];
@@ -113,7 +113,7 @@ const FirnReplayData = (() => {
   }
   const p0 = [0, 0, 0], p1 = [0, 0, 0], q1 = [0, 0, 0, 0];
 
-  // a becomes what lies between a and b, normalised.
+  // a becomes what lies between a and b, normalized.
   const slerp = (a, b, f) => {
     const na = Math.hypot(...a), nb = Math.hypot(...b);
     let cosine = 0;

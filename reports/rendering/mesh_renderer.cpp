@@ -44,7 +44,7 @@ void fill_triangle(const Vec3& a, const Vec3& b, const Vec3& c, int body,
                 });
 }
 
-DepthBuffer rasterise(const Scene& scene, const View& view, int width, int height, bool shadow) {
+DepthBuffer rasterize(const Scene& scene, const View& view, int width, int height, bool shadow) {
   DepthBuffer buffer(width, height);
   const Vec3 scale(width, height, 1);
   std::vector<Vec3> world, picture;
@@ -83,9 +83,9 @@ class Shader {
   Shader(const Scene& scene, const View& view, int width, int height)
       : scene_(scene),
         view_(view),
-        buffer_(rasterise(scene, view, width, height, false)),
+        buffer_(rasterize(scene, view, width, height, false)),
         light_view_(light_view(scene)),
-        light_(rasterise(scene, light_view_, kLightSamples, kLightSamples, true)) {}
+        light_(rasterize(scene, light_view_, kLightSamples, kLightSamples, true)) {}
 
   const DepthBuffer& buffer() const { return buffer_; }
 

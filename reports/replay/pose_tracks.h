@@ -22,7 +22,7 @@ struct PoseTracks {
 
 // 16 bits a number. A position is (low + (n + 32767) / 65534 (high - low)), so that it is off by at
 // most half a step; n = -32768 in x: the body is not there. A quaternion is n / 32767, sign chosen
-// next to that of the frame before, to be normalised: off by less than 1e-4 rad.
+// next to that of the frame before, to be normalized: off by less than 1e-4 rad.
 //
 // `bytes` are, for every channel (x y z, w x y z), body and frame, innermost last, the difference
 // from the frame before modulo 2^16 (the first one: from 0), folded so that small ones have small

@@ -29,7 +29,7 @@ struct Noise {
 };
 
 // Probability that the noise exceeds `size` (>= 0) in magnitude. Each estimate v with f degrees of
-// freedom stands for v f / chi2(f) (generalised inference, Weerahandi 1993): Student's distribution
+// freedom stands for v f / chi2(f) (generalized inference, Weerahandi 1993): Student's distribution
 // for one estimate, and near the nominal level for several of few degrees of freedom each.
 double exceedance(const Noise& noise, double size);
 

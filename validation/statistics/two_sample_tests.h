@@ -40,7 +40,7 @@ SampleTest compare_samples(const ValuesByRun& runs, const std::vector<double>& m
 SampleTest compare_open_times(const std::vector<CensoredTimes>& runs,
                               const CensoredTimes& measured);
 
-// An outlier: found by the generalised extreme studentised deviate test (Rosner 1983) in the values
+// An outlier: found by the generalized extreme studentized deviate test (Rosner 1983) in the values
 // and, where all are above zero, in their logarithms as well. Nothing below five values.
 std::optional<double> value_apart(const std::vector<double>& values, double significance = 0.05);
 

@@ -260,7 +260,7 @@ class SlurmExecutor final : public Executor {
   }
 
   // A task that has left the queue without an outcome, for longer than a shared folder takes to
-  // show one, is lost: its node died, it was cancelled, or its partition's time was up.
+  // show one, is lost: its node died, it was canceled, or its partition's time was up.
   void give_up_vanished(Tasks& tasks, const JobEvents& events) {
     if (!answered_) return;
     const auto now = Clock::now();
