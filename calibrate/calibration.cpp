@@ -327,7 +327,8 @@ void Calibration::report_estimate() const {
       known);
 }
 
-// Decides, and says why not: from the runs alone, so that a resumed study decides alike.
+// Sets the reason if it returns false. Depends on the runs only, so that a resumed study refines in
+// the same way.
 bool Calibration::should_refine() {
   const Budget& b = study_.budget;
   const double gain = expected_narrowing(study_, *a_.models, *a_.posterior, best_);

@@ -96,7 +96,7 @@ void Calibration::judge_fit() {
   }
 }
 
-// Before its confirmation, whose runs must not have a say in it.
+// To be called before the confirmation, whose runs must not affect the choice.
 void Calibration::choose_estimate() {
   if (!a_.goodness->acceptable()) best_ = a_.goodness->u;
   const std::vector<double> values = allowed_values(study_.constraints, study_.parameters, best_);
@@ -298,7 +298,7 @@ void Calibration::account_for_budget() {
 }
 
 CalibrationResult Calibration::finish() {
-  // Now that the noise is known and there is a fit to ask.
+  // After the final fit: the comparison needs its noise and its predictions.
   for (const CompareSet& set : study_.compare) {
     Point point = study_runs_.point(kComparePhase + set.name, 0, set.values, {});
     for (const Point& p : a_.points)

@@ -20,8 +20,8 @@ std::vector<Study> parts_of(const Study& study);
 
 // Carries out all parts, `runs[i]` being those of `parts[i]`, and gives the result of the best one
 // with the probabilities of all. A choice is as probable as its prior times its evidence: the mean
-// likelihood over the ranges of the other parameters. The final models of a choice know the noise
-// from the runs of all choices, where their scatter agrees.
+// likelihood over the ranges of the other parameters. The final models of a choice
+// use the noise estimated from the runs of all choices, where their scatter agrees.
 CalibrationResult calibrate_choices(const std::vector<Study>& parts, const PartRuns& runs,
                                     BatchProgress& progress);
 

@@ -12,7 +12,7 @@ namespace firn {
 struct ValidationOptions : BatchOptions {
   std::string suite_file;  // TOML
   std::string material;    // record in place of the suite's parameter sets; empty: these
-  std::string database;    // of material records; empty: as material_database_file() says
+  std::string database;    // of material records; empty: that of material_database_file()
 };
 
 struct Validation {

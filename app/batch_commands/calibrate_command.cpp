@@ -74,7 +74,7 @@ double positive_time(const std::string& text) {
   return time;
 }
 
-// Who answers for a record when the user does not say: the name of the account.
+// Default author of a record: the name of the account.
 std::string account_name() {
   const passwd* account = getpwuid(getuid());
   return account == nullptr ? std::string("unknown") : std::string(account->pw_name);

@@ -18,7 +18,7 @@ struct ValidateArguments {
   std::string require;
 };
 
-// Whether the verdicts are what --require asks for.
+// Whether the verdicts satisfy --require.
 bool requirement_met(const ValidateArguments& a, const Validation& v) {
   if (a.require.empty()) return true;
   const int wrong = v.count(ValidationVerdict::inconsistent);

@@ -45,7 +45,7 @@ struct ContactsArguments {
 };
 
 constexpr std::uint64_t kEnd = std::numeric_limits<std::uint64_t>::max();
-constexpr std::uint64_t kRows = 200;  // of a history, unless the user says otherwise
+constexpr std::uint64_t kRows = 200;  // of a history, by default
 
 // What is simulated again, and how far it goes.
 struct ReplaySource {
@@ -141,8 +141,8 @@ void check_contact_options(const ContactsArguments& a) {
     throw InputError("--time: and --step were both given; expected one of them");
 }
 
-// Refuses particles that the results file knows to be gone or still to come, before minutes of
-// replay. One that comes or leaves within a step of the instant is left to the replay.
+// Refuses particles that are absent at that step by the results file, before minutes of replay. One
+// that comes or leaves within a step of the instant is left to the replay.
 void check_presence(const ContactsArguments& a, const ReplaySource& source,
                     const ContactSelection& choice, std::uint64_t step) {
   if (!source.recorded || step == kEnd) return;

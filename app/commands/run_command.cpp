@@ -56,7 +56,7 @@ struct RunArguments {
   bool quiet = false;
 };
 
-// "crescent (mass-matched)": what the case says that a shape is.
+// The kind of a shape as the case states it: "crescent (mass-matched)".
 std::string kind_text(const toml::table& resolved, const std::string& shape) {
   const auto table = resolved["shapes"][shape];
   const std::string kind = table["kind"].value_or("shape");
@@ -153,7 +153,7 @@ std::string warning_of_run(const Case& c, const std::string& results_file,
         warning += (warning.empty() ? "" : "; ") + energy;
     return warning;
   } catch (const InputError&) {
-    return {};  // a file that a full disk cut short; the summary says so
+    return {};  // a file that a full disk cut short; the summary reports it
   }
 }
 

@@ -1,4 +1,4 @@
-// How many threads a simulation takes when the user does not say.
+// Number of threads of a simulation without --threads.
 #pragma once
 
 #include <algorithm>

@@ -147,7 +147,7 @@ std::vector<RecordCheck> verify_records(const MaterialDatabase& database,
                                         const MaterialChoice& choice) {
   const std::vector<std::string> names = database.names();
   if (std::ranges::find(names, choice.name) == names.end())
-    database.find(choice.name);  // says which is nearest
+    database.find(choice.name);  // throws with the nearest name
   std::vector<RecordCheck> checks;
   const std::vector<std::string> faults = database.integrity_errors(choice.name);
   for (const std::string& fault : faults)

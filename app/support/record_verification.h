@@ -1,4 +1,4 @@
-// Whether records are what they say: hashes, raw data, and their simulations run again.
+// Verification of records: hashes, raw data, and repeated simulations.
 #pragma once
 
 #include <string>

@@ -32,9 +32,9 @@ double weighted_sd(const std::vector<double>& x, const std::vector<double>& weig
   return std::sqrt(squares / w);
 }
 
-// What a measurement is expected to give where `model` predicts `p`. The first measurement of the
-// same response, of the value `known`, has the same error of the model and the same discrepancy:
-// what it says of them is known already, and a second measurement does not average them out.
+// The expected result of a measurement where `model` predicts `p`. The first measurement of the
+// same response, of the value `known`, has the same error of the model and the same discrepancy.
+// They are taken as known from it, and a second measurement does not average them out.
 struct Outcome {
   double mean, variance;
 };

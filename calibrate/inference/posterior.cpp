@@ -93,7 +93,7 @@ class Cloud {
     }
   }
 
-  // As many samples of each as its weight says; equal weights afterwards.
+  // The number of copies of each sample is proportional to its weight; equal weights afterwards.
   void resample(const std::vector<double>& weight) {
     const double sum = std::accumulate(weight.begin(), weight.end(), 0.0);
     std::vector<VectorXd> chosen;

@@ -17,8 +17,8 @@ bool scatter_exceeds_noise(const Study& study, const ResponseModels& models);
 bool noise_exceeds_measurement(const Study& study, const ResponseModels& models);
 
 // Indices of points within the ranges that have one run and a value for every target: at most
-// `most`, those that meet the targets best by the models. The choice does not look at how far the
-// run of a point is off, so that the scatter of second runs is an unbiased estimate.
+// `most`, those that meet the targets best by the models. The choice does not depend on the
+// residual of the run of a point, so that the scatter of second runs is an unbiased estimate.
 std::vector<std::size_t> points_to_repeat(const Study& study, const ResponseModels& models,
                                           const std::vector<Point>& points, std::size_t most);
 

@@ -25,7 +25,7 @@ class Guard {
 
   static double call(const std::vector<double>& x, std::vector<double>&, void* self) {
     auto* guard = static_cast<Guard*>(self);
-    // Random searches look at their own limit now and then only.
+    // Random searches check NLopt's limit only at intervals.
     if (guard->best_.evaluations >= guard->most_) throw nlopt::forced_stop();
     try {
       return guard->evaluate(x);

@@ -148,8 +148,8 @@ void Surrogate::factorize(Member& m) const {
   m.weights = m.covariance->solve(z_);
   m.precision = m.covariance->solve(MatrixXd::Identity(n, n)).diagonal();
   if (form_.matern) return;
-  // Independent departures: the posterior of the coefficients says all, with no difference of large
-  // numbers.
+  // Independent departures: the posterior of the coefficients is sufficient, and no difference of
+  // large numbers is needed.
   const VectorXd precision =
       (m.departure_variance + m.noise_factor * z_noise_.array() + jitter).inverse();
   MatrixXd information = h_.transpose() * precision.asDiagonal() * h_;
@@ -382,7 +382,7 @@ Surrogate Surrogate::with_fantasy_point(const VectorXd& u, double noise_variance
 }
 
 SurrogateChoice choose_surrogate(const SurrogateData& data) {
-  // A process with a length for each parameter asks for more points than a polynomial.
+  // A process with a length for each parameter needs more points than a polynomial.
   const bool enough_for_matern = data.y.size() >= 3 * data.u.cols() + 1;
   constexpr double least_of_logarithm = 1e-30;  // the square of one below it may vanish
   const bool positive = data.y.minCoeff() > least_of_logarithm;

@@ -78,7 +78,7 @@ struct EstimateRound {
   std::vector<Marginal> marginals;  // in order of the parameters
 };
 
-// What the runs of one choice say of it, for a study of a parameter with choices.
+// Result for one choice, in a study of a parameter with choices.
 struct ChoiceOutcome {
   std::string label;
   double prior = 0;

@@ -14,8 +14,8 @@ namespace {
 
 constexpr double kSlack = 1e-12;  // of barycentric coordinates
 
-// Largest value within `half` rows, also of rows up to `half` beyond the edge: `half` rows more at
-// either end. Keeping those is what lets a slope survive the closing at its edges.
+// Largest value within `half` rows. The result has `half` rows more at either end, with the values
+// beyond the edge; with them the closing preserves a slope at the edges.
 Eigen::ArrayXXd dilate_rows(const Eigen::ArrayXXd& z, int half) {
   Eigen::ArrayXXd out = Eigen::ArrayXXd::Constant(z.rows() + 2 * half, z.cols(), -INFINITY);
   for (int k = 0; k <= 2 * half; ++k) {
@@ -112,7 +112,7 @@ std::vector<bool> find_supported(const std::vector<PlacedMesh>& bodies, const Pl
     if (stands[k]) reached.push_back(static_cast<int>(k));
   }
 
-  std::vector<std::vector<int>> above(bodies.size());  // who rests on body k
+  std::vector<std::vector<int>> above(bodies.size());  // bodies that rest on body k
   for (const auto& column : layers) {
     for (const Layer& low : column) {
       for (const Layer& high : column) {

@@ -18,7 +18,7 @@ using Json = nlohmann::ordered_json;
 constexpr const char* format_name = "firn material records";
 constexpr int format_version = 2;  // 1: other names of keys (json_aliases.h)
 
-// The program of a calibration: an object of its own in the file.
+// The program of a calibration, an object within the provenance.
 struct ProgramOf {
   Provenance& provenance;
 };

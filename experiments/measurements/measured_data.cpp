@@ -190,7 +190,7 @@ void read_curve(const TomlTable& t, MeasuredData& d) {
                                    r.x.size()));
     apply_zero(zero, t, r.x, r.y);
     if (cfc == 0) continue;
-    // The filter asks for equal steps, here in x, which is then a time.
+    // The filter needs equal steps of x, which must be a time.
     const double interval = (r.x.back() - r.x.front()) / static_cast<double>(r.x.size() - 1);
     if (x_unit.dimension != dimension::time || !(interval > 0) ||
         interval * x_unit.factor * cfc * kSamplesPerClass > 1)

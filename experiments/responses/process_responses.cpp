@@ -39,9 +39,10 @@ Grouped grouped(const std::vector<int>& keys, const std::vector<double>& values)
   return g;
 }
 
-// Older particles before younger ones: of the pairs that came at different times and of which it is
-// known who passed first, those where the older did less those where the younger did, as a share.
-// Particles that have not passed will pass later than those that have.
+// Tendency of older particles to pass before younger ones. Of the pairs that were inserted at
+// different times and whose order of passing is known: those in which the older one passed first
+// minus those in which the younger one did, as a share. Particles that have not passed will pass
+// later than those that have.
 double order_index(const std::vector<double>& inserted, const std::vector<double>& passed) {
   double older_first = 0, younger_first = 0;
   const auto later = [](double a, double b) { return std::isnan(a) ? !std::isnan(b) : a > b; };

@@ -11,11 +11,11 @@
 namespace firn {
 namespace {
 
-// Steps between two looks at outlets, the door, rest and the clock: far below any time of interest,
-// and so few that a step does not notice them.
+// Steps between two checks of outlets, the door, rest and the clock: far below any time of
+// interest, and enough that the cost per step is negligible.
 constexpr std::uint64_t kWatchInterval = 16;
-// Between two looks at parts that run into each other, the next multiple of kWatchInterval: a part
-// of 1 m/s moves by 1 mm.
+// Time between two checks for interference of parts, rounded up to a multiple of kWatchInterval: a
+// part at 1 m/s moves by 1 mm.
 constexpr double kInterferenceEvery = 1e-3;  // s
 constexpr double kReportEvery = 0.2;         // s of wall time
 
@@ -238,7 +238,7 @@ std::string Driver::simulate() {
     if (const auto blocked = particle_flow_.place_due(solver_, stage_now())) {
       end_stage(*blocked);
       observe(true);
-      record_frame();  // who is in the way
+      record_frame();  // shows the particles in the way
       throw RunError(fmt::format("stage \"{}\" ended: {}", state_.stages.back().name, *blocked));
     }
     if (solver_.steps() % kWatchInterval == 0) watch();
@@ -409,7 +409,7 @@ void Driver::conclude(const std::string& status) {
   if (status != to_string(RunStatus::interrupted)) write_statistics(true);
   recorder_->with_file([&](hdf5::File& file) {
     write_progress(file);
-    file.flush();  // a full disk must not leave a run that says more than is there
+    file.flush();  // before the status: a full disk must not leave one without its data
     file.set_attribute("/", "status", status);
     file.flush();
     if (status == to_string(RunStatus::finished)) remove_checkpoints(file);

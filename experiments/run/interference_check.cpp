@@ -76,10 +76,10 @@ class BoundaryPairs {
   }
   bool none() const { return pairs_.empty(); }
 
-  // Throws InputError when a pair whose places have changed since the last look overlaps. Along a
+  // Throws InputError when a pair whose places have changed since the last check overlaps. Along a
   // path, places of free bodies are not known. Parts with a contact may meet but at the start.
-  void look(const std::vector<BoundaryState>& walls, const std::string& when,
-            const Path* path = nullptr, bool at_start = false) {
+  void check(const std::vector<BoundaryState>& walls, const std::string& when,
+             const Path* path = nullptr, bool at_start = false) {
     if (const auto found = find(walls, path, at_start)) refuse(*found, when);
   }
   // Throws RunError when parts that are there have run into each other.
@@ -315,8 +315,8 @@ void follow(const Case& c, const std::shared_ptr<const Model>& machine, const Pa
   for (const auto& [boundary, motion] : path.boundaries) solver.add_motion(boundary, motion);
   for (int k = 0; k < kSamples; ++k) {
     solver.step();
-    pairs.look(solver.boundaries(),
-               fmt::format("{:.3g} s after the start{}", solver.time(), path.name), &path);
+    pairs.check(solver.boundaries(),
+                fmt::format("{:.3g} s after the start{}", solver.time(), path.name), &path);
   }
 }
 
@@ -359,7 +359,7 @@ void drive_through(const Case& c, const std::shared_ptr<const Model>& machine, i
       at.coordinates[axis] = low + (high - low) * k / kSamples;
       solver.start_frame(at);
       const bool turns = f.free->joints[axis].kind == Joint::Kind::rotation;
-      pairs.look(
+      pairs.check(
           solver.boundaries(),
           turns ? fmt::format("with \"{}\" at {:.3g} deg", f.name, at.coordinates[axis] * kRadToDeg)
                 : fmt::format("with \"{}\" at {:.3g} mm", f.name, 1e3 * at.coordinates[axis]));
@@ -391,7 +391,7 @@ void check_boundaries(const Case& c) {
   const auto machine = std::make_shared<const Model>(bare(c));
   Solver start(held(c));
   start_held(start, c, machine);
-  pairs.look(start.boundaries(), "at the start", nullptr, true);
+  pairs.check(start.boundaries(), "at the start", nullptr, true);
   for (const Path& path : paths_of(c))
     if (path.length > 0) follow(c, machine, path, pairs);
   for (std::size_t f = 0; f < c.model.frames.size(); ++f)

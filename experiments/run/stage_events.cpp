@@ -26,7 +26,7 @@ void keep_since(bool holds, const Solver& solver, std::int64_t& since) {
     since = static_cast<std::int64_t>(solver.steps());
 }
 
-// The greatest speed that motors of the axis ask for now; 0: none acts.
+// The largest speed that motors of the axis drive at present; 0: none acts.
 double driven_speed(const Case& c, const Stage& stage, const Solver& solver, int frame, int axis,
                     double stage_time) {
   double speed = 0;
@@ -98,7 +98,7 @@ void StageEvents::update_motor_progress(const Stage& stage, const Solver& solver
   state.driven_from = coordinate;
 }
 
-// The mean kinetic energy of who is there is below the stage's bound.
+// The mean kinetic energy of the present particles is below the stage's bound.
 bool StageEvents::is_quiet(const Stage& stage, const Solver& solver) const {
   const Model& model = solver.model();
   const ParticleState& particles = solver.particles();

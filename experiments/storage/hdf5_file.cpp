@@ -158,7 +158,7 @@ hsize_t size_of_file(hid_t file) {
 }
 
 // A dataset writes what it has in memory when its handle is closed. What failed there is lost
-// without a trace in the file, so that the next flush must say so. errno; -1: not known.
+// without a trace in the file, so that the next flush must report it. errno; -1: not known.
 std::atomic<int> failed_close = 0;
 
 }  // namespace

@@ -30,7 +30,7 @@ herr_t collect_link(hid_t, const char* name, const H5L_info_t* info, void* out) 
   return links.names.size() > kMostObjects ? 1 : 0;
 }
 
-// One look at the groups of a file, those near the root first.
+// Visits the groups of a file once, those near the root first.
 class Walk {
  public:
   explicit Walk(hid_t file) {

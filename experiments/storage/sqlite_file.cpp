@@ -34,8 +34,8 @@ std::string escaped(const std::string& path) {
   return text;
 }
 
-// errno of the last file that could not be made. The library tries other ways to open it and
-// forgets why the first one failed.
+// errno of the last file that could not be made. SQLite then tries other ways to open it and drops
+// the reason of the first failure.
 thread_local int open_error = 0;
 
 int remembering_open(const char* path, int flags, int mode) {
@@ -56,7 +56,7 @@ void remember_open_errors() {
 
 bool is_refused_by_device() { return open_error != 0 && !is_path_error(open_error); }
 
-// errno behind an SQLITE_IOERR. The connection does not know that of every file; a rollback journal
+// errno behind an SQLITE_IOERR. The connection has it only for open files, and a rollback journal
 // is closed by then. `last` is errno after the failure.
 int system_error(sqlite3* db, int last) {
   int error = sqlite3_system_errno(db);
@@ -143,7 +143,7 @@ void File::refuse_foreign_schema() {
                                name_, computed.text(0), computed.text(1)));
 }
 
-// What the schema of a file could do is switched off, whatever it says of itself.
+// Disables views, virtual tables and unsafe functions of the schema: the file may be hostile.
 void File::harden() {
   sqlite3_db_config(db_, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   sqlite3_db_config(db_, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
@@ -282,7 +282,7 @@ void migrate(File& file, std::span<const char* const> steps) {
   const int version = schema_version(file);  // another process may have migrated it
   if (version > newest)
     throw InputError(fmt::format(
-        "{}: its schema is of version {}, of a newer Firn; this one knows up to {}; expected "
+        "{}: its schema is of version {}, of a newer Firn; this one reads up to {}; expected "
         "another Firn, or another file",
         file.name(), version, newest));
   for (int step = version; step < newest; ++step)

@@ -22,7 +22,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kStatus = 130;
 constexpr auto kPause = std::chrono::milliseconds(10);
-// For work to come to where it looks at the flag, and to return after it has saved.
+// Time for the work to reach its next check of the flag, and to return after it has saved.
 constexpr auto kPatience = std::chrono::milliseconds(1200);
 
 std::atomic<bool> interrupted = false;

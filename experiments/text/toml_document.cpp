@@ -87,7 +87,7 @@ std::vector<std::string> split_path(const std::string& path) {
   return keys;
 }
 
-// A table of the one key `v`, whose value is what the text says.
+// A table with the key `v` only, whose value is parsed from the text.
 toml::table parse_value(const std::string& text) {
   check_toml_limits(text, "--set");
   try {
@@ -241,7 +241,7 @@ void include_files(toml::table& table, const std::filesystem::path& directory,
                     "them",
                     by, describe(*names)));
   table.erase("include");
-  // The last one goes before the others, as what is nearer to the file that asks.
+  // In reverse order: later files of the list take precedence.
   for (auto one = list.end(); one-- != list.begin();) {
     if (++files > input_limits::included_files)
       throw InputError(fmt::format("{}: include: makes more than {} files in all; expected fewer",

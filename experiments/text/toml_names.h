@@ -33,7 +33,7 @@ std::vector<std::pair<std::string, std::string>> read_case_overrides(const TomlT
 std::string path_name(const TomlTable& table);
 
 // The path that the key `case` of a table in `file` names, relative to the folder of `file`. Throws
-// if there is no such file; `whole` says in the message what `file` is ("study").
+// if there is no such file; `whole`: what `file` is, for the message ("study").
 std::string case_path(const TomlTable& table, const std::string& file, std::string_view whole);
 
 // path_name() of a table. Throws also for a name that an earlier table has.

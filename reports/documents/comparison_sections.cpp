@@ -94,7 +94,7 @@ void claims_content(const Sets& sets, page::Content& content) {
       const std::string& statement = claim.statement;
       if (!row_of.contains(statement)) {
         row_of[statement] = plot.rows.size();
-        // The plot has no room for sentences: the tables say what the numbers stand for.
+        // The plot has no room for sentences: the tables state what the numbers stand for.
         const std::string label = fmt::format("statement {}", plot.rows.size() + 1);
         plot.rows.push_back({label, std::vector<std::optional<plots::Interval>>(sets.size())});
         meaning.rows.push_back({Cell(static_cast<double>(plot.rows.size())), statement,

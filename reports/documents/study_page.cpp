@@ -37,7 +37,7 @@ std::string interval_text(const StudyDocument::Interval& ends) {
   return range_text(ends.first, ends.second);
 }
 
-// Without the verdict in front, which the badge says.
+// Without the verdict at the beginning, which the badge shows.
 std::string headline(const StudyDocument& results) {
   std::string sentence = results.headline;
   const std::string verdict = results.verdict + ": ";

@@ -28,7 +28,7 @@ double motor_target_rate(const std::vector<double>& times, const ReplayViewOptio
   return length > 0 ? std::max(options.rate, options.at_least / length) : options.rate;
 }
 
-// Particles, then boundaries, at the frames that `rate` asks for.
+// Particles, then boundaries, at the frames that `rate` selects.
 PoseTracks read_tracks(const Recording& recording, const Case& c, double rate) {
   PoseTracks times;  // without bodies: which frames
   times.time = recording.frame_times();

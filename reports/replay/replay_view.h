@@ -29,7 +29,7 @@ struct ReplayName {
 };
 
 // A replay at the end of `content`, with its data and, once on a page, its scripts. Where a page
-// has several, each is unpacked when the reader asks for it. A run without a frame gets none.
+// has several, each is unpacked when it is opened. A run without a frame gets none.
 ReplaySize place_replay(page::Page& page, page::Content& content, const ReplayName& name,
                         const Recording& recording, const Case& c,
                         const ReplayViewOptions& options = {});

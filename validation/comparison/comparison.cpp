@@ -196,7 +196,7 @@ std::vector<bool> sides(const Comparison& c) {
   return all;
 }
 
-// What runs say, in few words.
+// The outcome of the runs, in few words.
 std::string outcome_of(const Comparison& c) {
   std::string text;
   for (const CriterionResult& r : c.criteria)

@@ -1,4 +1,4 @@
-// What numerics and the experiment's variants do to responses.
+// Effects of numerics and of the experiment's variants on responses.
 #include <fmt/format.h>
 
 #include <cmath>

@@ -14,7 +14,7 @@
 namespace firn::comparison {
 namespace {
 
-constexpr double criterion_confidence = 0.9;  // 95 % on the side that the verdict looks at
+constexpr double criterion_confidence = 0.9;  // 95 % on the side that the verdict depends on
 constexpr double half = 0.5;                  // of the values could be others: too few to say
 
 ValidationVerdict judge_criterion(const CriterionResult& r) {
@@ -72,7 +72,7 @@ CriterionResult evaluate_criterion(const Criterion& criterion, const RunGroup& b
   return r;
 }
 
-// What runs say of the response that the data are of; throws InputError unless it is there.
+// The response of the run that the data measure. Throws InputError if it is missing.
 const Response& response_of(const JobResult& run, const MeasuredData& data,
                             const std::string& unit) {
   const auto found = std::ranges::find(run.responses, data.response, &Response::name);

@@ -25,7 +25,7 @@ double halton(std::size_t k, int base) {
 }
 
 // Quantiles of f / chi2(f) at the points of one dimension. Computed once for each f: a validation
-// asks for the same few again and again.
+// uses a few of them many times.
 std::vector<double> inverse_quantiles(double freedom, int base) {
   static std::mutex guard;
   static std::map<std::pair<double, int>, std::vector<double>> known;

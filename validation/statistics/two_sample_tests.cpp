@@ -134,7 +134,7 @@ Pair open_distances_of(const std::vector<Entry>& pooled, const std::vector<doubl
     at_risk_a -= leave_a;
     at_risk_b -= leave_b;
     p.distance = std::max(p.distance, std::abs(inside_a - inside_b));
-    // A sample whose last ones are still inside says nothing of later times.
+    // A sample that ends with censored values has no information on later times.
     if ((at_risk_a <= 0 && inside_a > 0) || (at_risk_b <= 0 && inside_b > 0)) {
       for (; k < pooled.size(); ++k) (labels[k] != 0 ? sum_a : sum_b) += scores[k];
     }

@@ -83,7 +83,7 @@ struct SuiteComparison {
   std::vector<std::string> responses;  // one for a value; expressions for all kinds but criteria
   // Smallest relevant difference: of a value in its unit, of a curve as a share of its range.
   std::optional<double> tolerance;
-  bool expects_breakage = true;  // what the experiment's authors say of it
+  bool expects_breakage = true;  // as the authors of the experiment state
   double real_modulus = 0;       // Pa, for stiffness_scaling
   std::string calibrated_by_design =
       {};  // why the case reproduces the measured value by construction; empty: it does not

@@ -20,7 +20,7 @@ using nlohmann::json;
 
 constexpr std::size_t most_responses = 1000, longest_name = 200;
 
-// The template of a run: an object of its own in the text.
+// The filled template, an object within the text of a run.
 struct InputOf {
   ProgramRun& run;
 };

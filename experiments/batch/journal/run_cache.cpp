@@ -19,7 +19,7 @@ std::string store_schema() {
 }
 
 std::string with_folder(const std::string& file) {
-  std::error_code error;  // the database says it better
+  std::error_code error;  // the database reports it with more detail
   std::filesystem::create_directories(std::filesystem::path(file).parent_path(), error);
   return file;
 }

@@ -322,9 +322,9 @@ class SlurmExecutor final : public Executor {
   SlurmOptions options_;
   Journal& journal_;
   std::map<std::string, Submission> arrays_;    // by name; those that may be under way
-  std::map<std::string, std::string> states_;   // by key, as of the last look at the queue
+  std::map<std::string, std::string> states_;   // by key, at the last query of the queue
   std::map<std::string, std::string> numbers_;  // of arrays in the queue, by name
-  bool answered_ = false;                       // by the queue, at the last look
+  bool answered_ = false;                       // by the queue, at the last query
   std::string trouble_;                         // what it said instead
 };
 

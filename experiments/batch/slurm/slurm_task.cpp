@@ -32,8 +32,8 @@ std::string outcome_file(const Job& job) {
   return (fs::path(job.folder) / (job.key + ".outcome")).string();
 }
 
-// A node that was given up for lost may be at it still: the one who comes second waits. The
-// simulation inherits the lock.
+// Lock of a run. A node that was taken for lost may still simulate the run, so that a second task
+// waits. The simulation inherits the lock.
 class RunLock {
  public:
   explicit RunLock(const Job& job)
@@ -149,7 +149,7 @@ int run_slurm_task(const std::string& list, int index, const std::atomic<bool>* 
   std::string program;
   const Job job = read_task(list, index, program);
   const RunLock lock(job);
-  if (read_task_outcome(job)) return 0;  // by the one who came first
+  if (read_task_outcome(job)) return 0;  // another task has finished it
   auto result = existing_result(job);
   if (!result) {
     const interruption::Polled polled;

@@ -124,7 +124,7 @@ void carry_out(SweepResult& r, const SweepOptions& options) {
   folder.journal().require_in_place();
 }
 
-// runs/<name>, without blanks; one of an earlier version with blanks is gone on with.
+// runs/<name> without blanks. A folder with blanks, of an earlier version, is resumed if it exists.
 std::string default_folder(const std::string& name) {
   const fs::path runs = "runs", as_it_is = runs / name;
   std::error_code unreadable;  // as a name that is too long

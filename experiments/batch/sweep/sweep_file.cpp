@@ -1,4 +1,4 @@
-// Reading of sweep files, and the combinations that they ask for.
+// Reading of sweep files, and the combinations that they define.
 #include <fmt/format.h>
 
 #include <charconv>

@@ -11,8 +11,8 @@
 namespace firn {
 namespace {
 
-// Goes through the keys of a part twice: to learn their names, and to read them. What a part is
-// made with unless a key says otherwise are its defaults.
+// Visits the keys of a part twice: first to collect their names, then to read them. The initial
+// values of the members are the defaults.
 class Keys {
  public:
   Keys() = default;

@@ -277,7 +277,7 @@ BeamLaw read_law(const TomlTable& root, const TomlTable& t, const Material& mate
   return law;
 }
 
-// A bridge that hangs in the air would hold bodies by nothing.
+// Refuses a bond whose section does not reach both bodies.
 void check_reach(const TomlTable& t, const Model& model, const Bond& bond, const BeamLaw& law) {
   const double reach = 2 * std::max(law.section.half_width, law.section.half_height);
   const auto check = [&](int particle, const Vec3& end) {

@@ -84,7 +84,7 @@ void read_drum(const TomlTable& t, const Model& model, Measure& m) {
   m.begin = t.quantity("begin", dimension::time, Sign::non_negative);
 }
 
-// A channel class asks for so many frames in its period.
+// A channel frequency class needs a minimum number of frames per period.
 void require_samples(const TomlTable& t, double frame_interval, double cfc) {
   if (!(frame_interval * kSamplesPerClass * cfc <= 1 + 1e-9))
     t.fail("cfc", fmt::format("of {:g} Hz needs a sample every {:.3g} ms, and frames are {:.3g} ms "

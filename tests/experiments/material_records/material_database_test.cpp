@@ -292,7 +292,7 @@ TEST(MaterialDatabase, ANewerSchemaIsRefused) {
   }
   for (const Access access : {Access::read, Access::write})
     EXPECT_THAT(refusal([&] { MaterialDatabase(folder / "m.db", access); }),
-                HasSubstr("its schema is of version 99, of a newer Firn; this one knows up to 1"));
+                HasSubstr("its schema is of version 99, of a newer Firn; this one reads up to 1"));
 }
 
 TEST(SqliteFile, MigrationsAreTakenInOrderOnceByWhoeverComesFirst) {

@@ -162,37 +162,38 @@ std::vector<Check> stiff_arch() {
 }  // namespace
 
 std::vector<VerificationCase> arch_cases() {
-  return {{.name = "structure.arch",
-           .title = "Semicircular masonry arch",
-           .reference =
-               "least t/R 0.107478 with radial joints (Heyman 1969, Milankovitch 1907); for the "
-               "arch as it is cut, by limit analysis of the actual wedges and rounded edges",
-           .remark =
-               "Limit analysis knows rigid blocks that take up their load slowly. Here gravity is "
-               "there at once: joints close by their overlap, the crown drops and has to be "
-               "caught, which needs a little more thickness, 3.5 % at K = 1e8 N/m (see "
-               "structure.stiff_arch). So 0.12 and 1.05 of the least must stand, 0.99 of it and "
-               "0.095 fall. Friction 0.7: no sliding.",
-           .tier = Tier::quick,
-           .run = [] { return arches({24}); }},
-          {.name = "structure.arches",
-           .title = "Semicircular arch, other numbers of voussoirs",
-           .reference = "as structure.arch",
-           .remark = "As structure.arch.",
-           .tier = Tier::full,
-           .run =
-               [] {
-                 return arches({20, 32, 40});
-               }},
-          {.name = "structure.stiff_arch",
-           .title = "Least thickness of the arch as it stiffens",
-           .reference = "limit analysis of 24 rigid wedges, t/R 0.10750",
-           .remark =
-               "Bisection puts the contact's own limit between 1.0325 and 1.035 of the least "
-               "thickness at K = 1e8 N/m and between 1.010 and 1.0125 at 1e9: the excess falls as "
-               "1 / sqrt(K) to nothing, as the drop does.",
-           .tier = Tier::full,
-           .run = stiff_arch}};
+  return {
+      {.name = "structure.arch",
+       .title = "Semicircular masonry arch",
+       .reference =
+           "least t/R 0.107478 with radial joints (Heyman 1969, Milankovitch 1907); for the "
+           "arch as it is cut, by limit analysis of the actual wedges and rounded edges",
+       .remark =
+           "Limit analysis assumes rigid blocks that take up their load slowly. Here gravity is "
+           "there at once: joints close by their overlap, the crown drops and has to be "
+           "caught, which needs a little more thickness, 3.5 % at K = 1e8 N/m (see "
+           "structure.stiff_arch). So 0.12 and 1.05 of the least must stand, 0.99 of it and "
+           "0.095 fall. Friction 0.7: no sliding.",
+       .tier = Tier::quick,
+       .run = [] { return arches({24}); }},
+      {.name = "structure.arches",
+       .title = "Semicircular arch, other numbers of voussoirs",
+       .reference = "as structure.arch",
+       .remark = "As structure.arch.",
+       .tier = Tier::full,
+       .run =
+           [] {
+             return arches({20, 32, 40});
+           }},
+      {.name = "structure.stiff_arch",
+       .title = "Least thickness of the arch as it stiffens",
+       .reference = "limit analysis of 24 rigid wedges, t/R 0.10750",
+       .remark =
+           "Bisection puts the contact's own limit between 1.0325 and 1.035 of the least "
+           "thickness at K = 1e8 N/m and between 1.010 and 1.0125 at 1e9: the excess falls as "
+           "1 / sqrt(K) to nothing, as the drop does.",
+       .tier = Tier::full,
+       .run = stiff_arch}};
 }
 
 }  // namespace firn::verification

@@ -45,9 +45,9 @@ Model cubes_model(double restitution) {
 // Weight above interface k, N: 0 is the floor.
 double interface_load(int k) { return (kCubes - k) * kGravity; }
 
-// Elastic cubes set down with exactly the overlaps that bear them: the largest force that a cube
-// has ever felt is that of its lower face. A body is placed before its contacts are known, so that
-// its first half step knows gravity alone: v = g dt / 2, which rings with v sqrt(k m) in every
+// Elastic cubes set down with exactly the overlaps that bear them: the largest force on a cube
+// is that on its lower face. A body is placed before its contacts are known, so that only gravity
+// acts in its first half step: v = g dt / 2, which rings with v sqrt(k m) in every
 // spring.
 std::vector<Check> loaded_stack() {
   Model model = cubes_model(1);
@@ -80,8 +80,8 @@ std::vector<Check> loaded_stack() {
   return checks;
 }
 
-// Inelastic cubes dropped on each other by 20 micrometers: forces at the interfaces, meant over one
-// second, and what the floor's impulse and the momentum say of the lowest.
+// Inelastic cubes dropped on each other by 20 micrometers: forces at the interfaces, averaged over
+// one second; that of the lowest interface also from the floor's impulse and the momentum.
 std::vector<Check> dropped_stack() {
   Model model = cubes_model(0.3);
   model.timestep = 1e-5;
@@ -239,11 +239,10 @@ std::vector<VerificationCase> structure_cases() {
       {.name = "structure.loaded_stack",
        .title = "Ten cubes set down under load",
        .reference = "interface forces 98.10, 88.29 ... 9.81 N: the weight of 1 kg cubes above",
-       .remark =
-           "Elastic springs, set down with the overlap of their load. A body's first half "
-           "step knows gravity alone, since its contacts are not known before: it leaves with "
-           "g dt / 2, which rings; the tolerance is twice the force g dt / 2 sqrt(K m) of "
-           "one spring that rings so.",
+       .remark = "Elastic springs, set down with the overlap of their load. A body's first half "
+                 "step has gravity alone, since its contacts are not known before: it leaves with "
+                 "g dt / 2, which rings; the tolerance is twice the force g dt / 2 sqrt(K m) of "
+                 "one spring that rings so.",
        .tier = Tier::quick,
        .run = loaded_stack},
       {.name = "structure.dropped_stack",

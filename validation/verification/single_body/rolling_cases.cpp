@@ -230,7 +230,7 @@ std::vector<VerificationCase> rolling_cases() {
        "Forces at the edge that lands have no moment about it; the one behind lifts off by itself. "
        "The bounce (e = 0.05) has died when the spin is read, 0.15 rad on. Prisms of fewer sides "
        "land so steeply that the elastic tangential spring throws the edge back and it slides: the "
-       "closed form, which knows no such rebound, does not apply.",
+       "closed form, which has no such rebound, does not apply.",
        Tier::quick, rolling}};
 }
 
