@@ -64,6 +64,7 @@ struct ValidationDocument {
   struct CriterionRow {
     std::string statement, relation, rationale;
     int observed_once_in = 0, holds_in = 0, runs = 0;
+    int failed = 0, missing = 0;  // failed runs among `runs`; further runs without an answer
     Interval probability_90;
     std::string verdict;
     std::vector<double> lhs, rhs;
@@ -76,6 +77,8 @@ struct ValidationDocument {
       f.added("observed_once_in", observed_once_in);
       f.required("holds_in", holds_in);
       f.required("runs", runs);
+      f.added("failed", failed);
+      f.added("missing", missing);
       f.required("probability_90", probability_90);
       f.required("verdict", verdict);
       f.added("lhs", lhs);

@@ -46,6 +46,8 @@ Document::CriterionRow criterion_of(const CriterionResult& r) {
           r.criterion.observed_once_in,
           r.holds,
           r.runs,
+          r.failed,
+          r.missing,
           ends_of(r.probability),
           to_string(r.verdict),
           r.lhs,
@@ -161,7 +163,8 @@ std::string render_table(const Validation& v) {
     text += fmt::format("{:<24} {} [{}]\n    {}\n", verdict_words(c), c.title, c.parameter_set,
                         c.headline);
     for (const CriterionResult& r : c.criteria)
-      text += fmt::format("    {:<22} {} of {} runs: {}\n", to_string(r.verdict), r.holds, r.runs,
+      text += fmt::format("    {:<22} {} of {} runs{}: {}\n", to_string(r.verdict), r.holds, r.runs,
+                          r.missing > 0 ? fmt::format(", {} without an answer", r.missing) : "",
                           r.criterion.statement);
     for (const StiffnessScalingResult& s : c.stiffness_scaling)
       text += fmt::format("    {}: {}\n", s.response, s.interpretation);

@@ -132,13 +132,15 @@ void read_reading(const TomlTable& t, Measurement& m) {
 std::vector<Criterion> read_criteria(const TomlTable& root) {
   std::vector<Criterion> criteria;
   for (const TomlTable& t : root.tables("criteria")) {
-    t.allow({"statement", "lhs", "rhs", "factor", "observed_once_in", "rationale"});
+    t.allow({"statement", "lhs", "rhs", "factor", "observed_once_in", "if_run_fails", "rationale"});
     Criterion c;
     c.statement = t.string("statement");
     c.lhs = t.string("lhs");
     c.rhs = t.string("rhs");
     c.factor = t.number("factor", 1);
     c.observed_once_in = t.integer("observed_once_in", 0, 0);
+    if (t.has("if_run_fails"))
+      c.if_run_fails = t.choice("if_run_fails", {"holds", "does not hold"}) == "holds";
     c.rationale = t.string("rationale");
     for (const char* key : {"statement", "lhs", "rhs", "rationale"})
       if (t.string(key).empty()) t.fail(key, "is empty; expected some words");

@@ -25,6 +25,8 @@ struct Criterion {
   // Observed once in this number of trials; 0: observed in general.
   int observed_once_in = 0;
   std::string rationale;  // derivation of the relation from the statement
+  // Whether the statement holds in a run that fails; nothing: a failed run does not answer it.
+  std::optional<bool> if_run_fails = {};
 };
 
 struct Measurement {

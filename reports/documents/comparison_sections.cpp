@@ -101,13 +101,15 @@ void claims_content(const Sets& sets, page::Content& content) {
                                 claim.relation, claim.rationale});
       }
       const int holds = claim.holds_in, runs = claim.runs;
+      const std::string open =
+          claim.missing > 0 ? fmt::format(", {} without an answer", claim.missing) : "";
       const auto& [low, high] = claim.probability_90;
       plot.rows[row_of[statement]].intervals[s] = plots::Interval{
           low, high, runs > 0 ? std::optional(static_cast<double>(holds) / runs) : std::nullopt};
       table.rows.push_back({Cell(static_cast<double>(row_of[statement] + 1)), statement,
-                            sets[s]->parameter_set, fmt::format("{} of {}", holds, runs),
+                            sets[s]->parameter_set, fmt::format("{} of {}{}", holds, runs, open),
                             share_range(claim.probability_90), badge_of(claim.verdict)});
-      seen += fmt::format("{}, {}: {} of {}. ", statement, plot.names.back(), holds, runs);
+      seen += fmt::format("{}, {}: {} of {}{}. ", statement, plot.names.back(), holds, runs, open);
     }
   }
   content.figure(

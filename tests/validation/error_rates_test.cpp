@@ -131,6 +131,35 @@ V value_of_draws(Dice& d, int n, Truth truth, double input) {
   return judge(what, e).verdict;
 }
 
+// Of n runs those with a large value are missing, as runs of a machine that jams.
+V value_with_missing(Dice& d, int n, Truth truth) {
+  SuiteComparison what;
+  what.responses = {"x"};
+  const double mean = truth == Truth::right ? 100 : 100 + 15;
+  RunGroup base = runs_of(static_cast<std::size_t>(n), RunGroup::Purpose::base, [&] {
+    return std::vector<Response>{{"x", {mean + 10 * d.normal()}, {}, "N", "", 1}};
+  });
+  for (JobResult& r : base.results)
+    if (r.responses[0].value[0] > mean + 5) r.status = JobStatus::failed;
+  what.measurement = measured(sample(n, [&] { return 100 + 10 * d.normal(); }));
+  return judge(what, base).verdict;
+}
+
+// A statement that holds in half of the runs, or in a tenth. A quarter of those in which it holds
+// fail.
+V criteria_with_missing(Dice& d, int n, Truth truth) {
+  SuiteComparison what;
+  what.kind = ComparisonKind::criteria;
+  what.measurement.criteria = {{"", "x", "0", 1, 0, ""}};
+  const double holds = truth == Truth::right ? 0.5 : 0.1;
+  RunGroup base = runs_of(static_cast<std::size_t>(n), RunGroup::Purpose::base, [&] {
+    return std::vector<Response>{{"x", {d.uniform() < holds ? 1.0 : -1.0}, {}, "1", "", 1}};
+  });
+  for (JobResult& r : base.results)
+    if (r.responses[0].value[0] > 0 && d.uniform() < 0.25) r.status = JobStatus::failed;
+  return judge(what, base).verdict;
+}
+
 // `claims` statements of which each holds in half of the runs, or in a tenth.
 V criteria(Dice& d, int n, Truth truth, int criteria) {
   SuiteComparison what;
@@ -315,6 +344,8 @@ std::vector<Row> all_validators() {
        [](Dice& d, int n, Truth t) { return value_of_draws(d, n, t, 10); }, false},
       {"claims: one, n runs", [](Dice& d, int n, Truth t) { return criteria(d, n, t, 1); }, false},
       {"claims: five, n runs", [](Dice& d, int n, Truth t) { return criteria(d, n, t, 5); }, false},
+      {"value: large values are missing", value_with_missing, false},
+      {"claims: one, runs are missing", criteria_with_missing, false},
       {"distribution: normal",
        [](Dice& d, int n, Truth t) { return distribution(d, n, t, Family::normal, 0); }, false},
       {"distribution: exponential",

@@ -23,6 +23,15 @@ std::vector<double> defined(std::vector<double> values) {
   return values;
 }
 
+bool too_many_missing(std::size_t missing, std::size_t all) {
+  return static_cast<double>(missing) > missing_limit * static_cast<double>(all);
+}
+
+std::string missing_words(const RunGroup& base, std::size_t missing) {
+  return fmt::format("{} of {} runs gave no result, and what they would have given is not known",
+                     missing, base.results.size());
+}
+
 void require_unit(const std::string& response, const RunGroup& base, const Measurement& m) {
   const ResponseExpression o = parse_response_expression(response);
   for (const JobResult* r : base.finished())
@@ -188,6 +197,22 @@ void compare_replicates(const SuiteComparison& what, const ComparisonRuns& e, Co
   }
 }
 
+bool decided(ValidationVerdict v) {
+  return v == ValidationVerdict::consistent || v == ValidationVerdict::inconsistent;
+}
+
+// Runs that fail have something in common, as a jam has: a statistic of the others is none of the
+// machine. Criteria count their missing runs themselves.
+void judge_missing_runs(const RunGroup& base, Comparison& c) {
+  if (c.kind == ComparisonKind::criteria || !decided(c.verdict)) return;
+  const std::size_t with_result = c.value ? c.value->samples.size() : base.finished().size();
+  const std::size_t missing = base.results.size() - with_result;
+  if (!comparison::too_many_missing(missing, base.results.size())) return;
+  c.verdict = ValidationVerdict::inconclusive;
+  c.headline += "; but " + comparison::missing_words(base, missing);
+  c.recommended_action = "why runs gave no result, or runs that give one";
+}
+
 // On which side of the rule each statement is: it holds in more than half of the runs.
 std::vector<bool> sides(const Comparison& c) {
   std::vector<bool> all;
@@ -203,10 +228,6 @@ std::string outcome_of(const Comparison& c) {
     text += fmt::format("{}\"{}\" holds in {} of {} runs", text.empty() ? "" : ", ",
                         r.criterion.statement, r.holds, r.runs);
   return text.empty() ? c.headline : text;
-}
-
-bool decided(ValidationVerdict v) {
-  return v == ValidationVerdict::consistent || v == ValidationVerdict::inconsistent;
 }
 
 // Repeats the comparison at each end of an assumed range and compares it with that of the base
@@ -265,6 +286,7 @@ Comparison compare(const Suite& suite, const SuiteComparison& what, const Parame
     if (r.status != JobStatus::finished)
       c.caveats.push_back(fmt::format("a run is {}: {}", to_string(r.status), r.reason));
   compare_replicates(what, e, c);
+  judge_missing_runs(*e.base, c);
   if (measures(what.kind)) {
     judge_assumptions(suite, what, e, c);
     judge_independence(suite, what, e, c);

@@ -92,10 +92,13 @@ struct ValueComparison {
 
 struct CriterionResult {
   Criterion criterion;
-  int holds = 0, runs = 0;  // runs in which it holds, and all runs
-  Interval probability;     // that it holds in a run: 95 % on either side
+  int holds = 0, runs = 0;  // runs in which it holds, and all runs that answer it
+  int failed = 0;           // failed runs among these (Criterion::if_run_fails)
+  int missing = 0;          // further runs, without an answer
+  // That it holds in a run: 95 % on either side, for every outcome that the missing runs can have.
+  Interval probability;
   ValidationVerdict verdict = ValidationVerdict::inconclusive;
-  std::vector<double> lhs, rhs;  // by run
+  std::vector<double> lhs, rhs;  // by finished run
   std::string unit;
 };
 

@@ -13,6 +13,11 @@ namespace firn::comparison {
 // Probability limits: an event that was observed once must not be improbable; one that is observed
 // as a rule must have a probability above `rule`.
 inline constexpr double improbable = 0.05, rule = 0.5;
+// Largest share of missing runs with which a statistic of the others is judged.
+inline constexpr double missing_limit = 0.05;
+bool too_many_missing(std::size_t missing, std::size_t all);
+// "1 of 5 runs is missing (failed)": what a verdict on the others cannot say.
+std::string missing_words(const RunGroup& base, std::size_t missing);
 
 // A number with three significant digits and its unit.
 std::string rounded_text(double value, const std::string& unit);

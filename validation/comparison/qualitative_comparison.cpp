@@ -32,14 +32,23 @@ ValidationVerdict judge_criterion(const CriterionResult& r) {
   return ValidationVerdict::inconclusive;
 }
 
+// Each missing run may be one in which the statement holds, or one in which it does not: what they
+// have in common may be the reason for which they are missing.
+Interval probability_of(const CriterionResult& r) {
+  const int all = r.runs + r.missing;
+  return {binomial_interval(r.holds, all, criterion_confidence).low,
+          binomial_interval(r.holds + r.missing, all, criterion_confidence).high};
+}
+
 // Probability of so few runs in which it holds, at the smallest probability that the statement
-// allows.
+// allows. Missing runs count as such in which it holds.
 double p_against(const CriterionResult& r) {
   if (r.runs == 0) return 1;
   const double least = r.criterion.observed_once_in > 0
                            ? 1 - std::pow(1 - improbable, 1.0 / r.criterion.observed_once_in)
                            : rule;
-  return boost::math::cdf(boost::math::binomial_distribution<double>(r.runs, least), r.holds);
+  return boost::math::cdf(boost::math::binomial_distribution<double>(r.runs + r.missing, least),
+                          r.holds + r.missing);
 }
 
 // The fewest further runs that could settle the claim if they all come out as most have.
@@ -48,7 +57,8 @@ int runs_to_settle(CriterionResult r) {
   const bool mostly = 2 * r.holds >= r.runs;
   for (int more = 1; more <= 1000; ++more) {
     r.holds += mostly;
-    r.probability = binomial_interval(r.holds, ++r.runs, criterion_confidence);
+    ++r.runs;
+    r.probability = probability_of(r);
     if (judge_criterion(r) != ValidationVerdict::inconclusive) return more;
   }
   return 1000;
@@ -59,15 +69,23 @@ CriterionResult evaluate_criterion(const Criterion& criterion, const RunGroup& b
   r.criterion = criterion;
   const ResponseExpression lhs = parse_response_expression(criterion.lhs),
                            rhs = parse_response_expression(criterion.rhs);
-  for (const JobResult* run : base.finished()) {
-    r.lhs.push_back(evaluate(lhs, run->responses));
-    r.rhs.push_back(evaluate(rhs, run->responses));
-    r.unit = unit_of(lhs, run->responses);
-    const bool known = !std::isnan(r.lhs.back()) && !std::isnan(r.rhs.back());
-    r.runs += known;
-    r.holds += known && r.lhs.back() > criterion.factor * r.rhs.back();
+  for (const JobResult& run : base.results) {
+    std::optional<bool> holds;
+    if (run.status == JobStatus::finished) {
+      r.lhs.push_back(evaluate(lhs, run.responses));
+      r.rhs.push_back(evaluate(rhs, run.responses));
+      r.unit = unit_of(lhs, run.responses);
+      if (!std::isnan(r.lhs.back()) && !std::isnan(r.rhs.back()))
+        holds = r.lhs.back() > criterion.factor * r.rhs.back();
+    } else if (run.status == JobStatus::failed && criterion.if_run_fails) {
+      holds = criterion.if_run_fails;
+      ++r.failed;
+    }
+    r.missing += !holds;
+    r.runs += holds.has_value();
+    r.holds += holds.value_or(false);
   }
-  r.probability = binomial_interval(r.holds, r.runs, criterion_confidence);
+  r.probability = probability_of(r);
   r.verdict = judge_criterion(r);
   return r;
 }
@@ -261,6 +279,14 @@ void compare_criteria(const SuiteComparison& what, const ComparisonRuns& e, Comp
     consistent += r.verdict == ValidationVerdict::consistent;
     inconsistent += r.verdict == ValidationVerdict::inconsistent;
     if (r.verdict == ValidationVerdict::inconclusive) more = std::max(more, runs_to_settle(r));
+    if (r.failed > 0)
+      c.caveats.push_back(fmt::format("\"{}\" {} in a run that fails, as the measurement states",
+                                      criterion.statement,
+                                      *criterion.if_run_fails ? "holds" : "does not hold"));
+    if (r.missing > 0)
+      c.caveats.push_back(
+          fmt::format("\"{}\": {} of {} runs have no answer; the verdict allows for either",
+                      criterion.statement, r.missing, r.missing + r.runs));
     c.criteria.push_back(r);
   }
   const auto all = static_cast<int>(c.criteria.size());
@@ -273,11 +299,14 @@ void compare_criteria(const SuiteComparison& what, const ComparisonRuns& e, Comp
   const auto& data = what.measurement.data;
   if (data) c.distribution = compare_distribution(*data, *e.base);
   const bool numbers = data && data->present;
+  const std::size_t runs = e.base->results.size(), finished = e.base->finished().size();
+  const bool judged = numbers && !too_many_missing(runs - finished, runs);
+  if (numbers && !judged) c.distribution->verdict = ValidationVerdict::inconclusive;
   // Several statements, each wrong by chance in 5 % of all cases: the smallest probability times
   // their number (Bonferroni) is that of the verdict.
   double least = 1;
   for (const CriterionResult& r : c.criteria) least = std::min(least, p_against(r));
-  if (numbers) least = std::min(least, c.distribution->p_value);
+  if (judged) least = std::min(least, c.distribution->p_value);
   const double together = least * (all + (numbers ? 1 : 0));
   const bool all_hold =
       consistent == all && (!numbers || c.distribution->verdict == ValidationVerdict::consistent);
@@ -286,9 +315,10 @@ void compare_criteria(const SuiteComparison& what, const ComparisonRuns& e, Comp
                                      : ValidationVerdict::inconclusive;
   if (numbers) {
     c.headline += "; " + distribution_words(*c.distribution);
-    add_caveats(*c.distribution, e.base->finished().size(), c);
+    if (!judged) c.headline += "; " + missing_words(*e.base, runs - finished);
+    add_caveats(*c.distribution, finished, c);
     if (c.distribution->verdict == ValidationVerdict::inconclusive)
-      c.recommended_action = distribution_remedy(*c.distribution);
+      c.recommended_action = judged ? distribution_remedy(*c.distribution) : "runs that finish";
   } else if (data) {
     c.caveats.push_back(
         fmt::format("the experiment's numbers are not here; as {} they would be "

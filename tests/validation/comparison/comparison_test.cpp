@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "experiments/responses/response_expression.h"
 
@@ -274,6 +275,91 @@ TEST_F(Comparisons, SayWhichRunsAreMissing) {
   EXPECT_EQ(c.value->simulation.count, 2);
   EXPECT_THAT(c.caveats, testing::Contains(HasSubstr("1 of 3 runs")));
   EXPECT_THAT(c.caveats, testing::Contains(HasSubstr("deep overlap")));
+}
+
+// `holds`, `others` runs in which the angle is above 5 deg or not, and failed ones.
+RunGroup with_failures(int holds, int others, int failures) {
+  std::vector<double> values(static_cast<std::size_t>(holds), 10);
+  values.resize(static_cast<std::size_t>(holds + others), 1);
+  RunGroup g = group(RunGroup::Purpose::base, values);
+  for (int i = 0; i < failures; ++i) {
+    g.seeds.push_back(g.seeds.size() + 1);
+    g.results.push_back({});
+    g.results.back().reason = "the arm is held down";
+  }
+  return g;
+}
+
+TEST_F(Comparisons, JudgeNoValueWhereRunsAreMissing) {
+  std::vector<double> values(19, 10);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] += i % 2 == 0 ? 0.1 : -0.1;
+  what.tolerance = 1;
+  const auto judge = [&](double value, int failures) {
+    std::vector<double> shifted = values;
+    for (double& v : shifted) v += value - 10;
+    RunGroup base = group(RunGroup::Purpose::base, shifted);
+    for (int i = 0; i < failures; ++i) base.results.emplace_back();
+    base.seeds.resize(base.results.size(), 99);
+    evidence.base = evidence.numerics_base = &base;
+    return result();
+  };
+  using V = ValidationVerdict;
+  EXPECT_EQ(judge(10, 0).verdict, V::consistent);
+  EXPECT_EQ(judge(15, 0).verdict, V::inconsistent);
+  EXPECT_EQ(judge(10, 1).verdict, V::consistent);  // one of twenty
+  EXPECT_EQ(judge(15, 1).verdict, V::inconsistent);
+  EXPECT_EQ(judge(10, 2).verdict, V::inconclusive);
+  EXPECT_EQ(judge(15, 2).verdict, V::inconclusive);
+  EXPECT_THAT(judge(15, 2).headline, HasSubstr("2 of 21 runs gave no result"));
+  EXPECT_THAT(judge(15, 2).recommended_action, HasSubstr("why"));
+}
+
+// A statement is decided only where it would be for every outcome of the missing runs.
+TEST_F(Comparisons, OfClaimsAllowForEveryOutcomeOfMissingRuns) {
+  what.kind = ComparisonKind::criteria;
+  std::mt19937_64 bits(4711);
+  const auto draw = [&](int n) { return static_cast<int>(bits() % static_cast<unsigned>(n)); };
+  const auto verdict = [&](int holds, int others, int failures) {
+    const RunGroup base = with_failures(holds, others, failures);
+    evidence.base = evidence.numerics_base = &base;
+    return result().verdict;
+  };
+  int decided = 0;
+  for (int i = 0; i < 300; ++i) {
+    what.measurement.criteria = {{"larger", "angle", "5", 1, draw(2) * (1 + draw(3)), "x"}};
+    const int runs = 1 + draw(80), missing = 1 + draw(6);
+    const int holds = draw(3) == 0 ? draw(runs + 1) : draw(2) * runs;
+    const ValidationVerdict v = verdict(holds, runs - holds, missing);
+    if (v == ValidationVerdict::inconclusive) continue;
+    ++decided;
+    for (int k = 0; k <= missing; ++k)
+      EXPECT_EQ(verdict(holds + k, runs - holds + missing - k, 0), v)
+          << holds << " of " << runs << ", " << missing << " missing";
+  }
+  EXPECT_GT(decided, 60);
+}
+
+TEST_F(Comparisons, OfClaimsCountFailedRunsWhereTheseAnswer) {
+  what.kind = ComparisonKind::criteria;
+  const auto judge = [&](int holds, int others, int failures, std::optional<bool> if_run_fails) {
+    what.measurement.criteria = {{"larger", "angle", "5", 1, 0, "x", if_run_fails}};
+    const RunGroup base = with_failures(holds, others, failures);
+    evidence.base = evidence.numerics_base = &base;
+    return result();
+  };
+  using V = ValidationVerdict;
+  EXPECT_EQ(judge(5, 0, 1, true).verdict, V::consistent);
+  EXPECT_EQ(judge(5, 0, 1, {}).verdict, V::inconclusive);
+  EXPECT_EQ(judge(5, 0, 1, false).verdict, V::inconclusive);
+  EXPECT_EQ(judge(0, 0, 5, false).verdict, V::inconsistent);
+  EXPECT_EQ(judge(0, 0, 5, {}).verdict, V::inconclusive);
+  const Comparison c = judge(4, 0, 1, false);
+  EXPECT_EQ(c.criteria[0].holds, 4);
+  EXPECT_EQ(c.criteria[0].runs, 5);
+  EXPECT_EQ(c.criteria[0].failed, 1);
+  EXPECT_EQ(c.criteria[0].missing, 0);
+  EXPECT_THAT(c.caveats, testing::Contains(HasSubstr("does not hold in a run that fails")));
+  EXPECT_THAT(judge(4, 0, 1, {}).caveats, testing::Contains(HasSubstr("1 of 5 runs have no")));
 }
 
 TEST_F(Comparisons, RefuseAnotherUnitAndAnUnknownResponse) {
