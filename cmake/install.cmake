@@ -14,7 +14,8 @@ install(DIRECTORY data/ DESTINATION ${CMAKE_INSTALL_DATADIR}/firn/data FILES_MAT
 find_program(HELP2MAN help2man)
 if(HELP2MAN)
   set(man_pages "")
-  foreach(command "" new run measure calibrate shape export view sweep validate report verify contacts hashes materials)
+  foreach(command "" new run measure calibrate shape export view sweep optimize validate report verify contacts
+          compare-traces materials)
     set(name firn)
     if(command)
       set(name firn-${command})

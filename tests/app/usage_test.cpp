@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sstream>
+
 #include "experiments/storage/version.h"
 #include "firn/contact_model.h"
 #include "tests/app/program.h"
@@ -29,23 +31,41 @@ Outcome run_text(const std::string& text) {
   return folder.firn({"run", folder.write("case.toml", text), "-o", "run.h5"});
 }
 
+// Names of the help text's list.
+std::vector<std::string> subcommands() {
+  const std::string help = Folder().firn({"--help"}).out;
+  const std::size_t from = help.find("Subcommands:\n");
+  std::istringstream list(help.substr(from, help.find("\n\n", from) - from));
+  std::vector<std::string> names;
+  std::string line;
+  std::getline(list, line);
+  while (std::getline(list, line)) names.push_back(line.substr(2, line.find(' ', 2) - 2));
+  return names;
+}
+
 TEST(Usage, HelpListsEverySubCommand) {
   const Outcome o = Folder().firn({"--help"});
   EXPECT_EQ(o.status, 0);
   EXPECT_EQ(o.err, "");
-  for (const char* name : {"run", "measure", "calibrate", "shape", "export", "contacts",
-                           "compare-traces", "Exit status"}) {
-    EXPECT_THAT(o.out, HasSubstr(name));
-  }
+  EXPECT_THAT(o.out, HasSubstr("Exit status"));
+  EXPECT_THAT(subcommands(),
+              testing::IsSupersetOf({"new", "run", "measure", "calibrate", "shape", "export",
+                                     "view", "sweep", "optimize", "validate", "report", "verify",
+                                     "contacts", "compare-traces", "materials"}));
 }
 
-TEST(Usage, EverySubCommandHasHelp) {
+TEST(Usage, EverySubCommandHasHelpAManualPageAndASection) {
   const Folder folder;
-  for (const char* name :
-       {"run", "measure", "calibrate", "shape", "export", "contacts", "compare-traces"}) {
+  const std::string install = read_text(std::string(FIRN_SOURCE_DIR) + "/cmake/install.cmake");
+  const std::size_t from = install.find("foreach(command \"\" ") + 19;
+  const std::string pages = " " + install.substr(from, install.find(')', from) - from) + " ";
+  const std::string reference = read_text(std::string(FIRN_SOURCE_DIR) + "/docs/command-line.md");
+  for (const std::string& name : subcommands()) {
     const Outcome o = folder.firn({name, "--help"});
     EXPECT_EQ(o.status, 0) << name;
-    EXPECT_THAT(o.out, HasSubstr(std::string("firn ") + name)) << name;
+    EXPECT_THAT(o.out, HasSubstr("firn " + name));
+    EXPECT_THAT(pages, HasSubstr(" " + name + " "));
+    EXPECT_THAT(reference, HasSubstr("\n## firn " + name + "\n"));
   }
 }
 
