@@ -1,6 +1,7 @@
-// Motors that stall, and what joints bear.
+// Motors that stall, stick-slip, and what joints bear.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "validation/verification/fixtures/closed_forms.h"
@@ -100,6 +101,112 @@ std::vector<Check> bearing() {
   return checks;
 }
 
+// A rod on a spring lies on a guide that moves: it sticks, slips back, and sticks again.
+struct StickSlip {
+  double static_friction, dynamic_friction, speed;  // m/s, of the guide
+  double mass = 1, stiffness = 100, damping = 4;    // kg, N/m, N s/m, of the rod's joint
+};
+
+struct Cycle {
+  double period = 0, farthest = 0, nearest = 0, heat = 0;  // s, m, m, J
+};
+
+// Closed form: the rod is released with the guide's speed where spring and damper reach static
+// friction, swings as a damped oscillator about the deflection of dynamic friction, and is caught
+// where it has the guide's speed again. The damping must let it reach that speed.
+Cycle exact_cycle(const StickSlip& s) {
+  const double weight = s.mass * kGravity;
+  const double middle = s.dynamic_friction * weight / s.stiffness;
+  const double release = (s.static_friction * weight - s.damping * s.speed) / s.stiffness;
+  const double decay = s.damping / (2 * s.mass);
+  const double frequency = std::sqrt(s.stiffness / s.mass - decay * decay);
+  const double cosine = release - middle, sine = (s.speed + decay * cosine) / frequency;
+  const auto deflection = [&](double t) {
+    return std::exp(-decay * t) *
+           (cosine * std::cos(frequency * t) + sine * std::sin(frequency * t));
+  };
+  const auto speed = [&](double t) {
+    return std::exp(-decay * t) *
+               (frequency * (sine * std::cos(frequency * t) - cosine * std::sin(frequency * t))) -
+           decay * deflection(t);
+  };
+  const auto crossing = [&](double from, double level, double sign) {
+    constexpr double kStep = 1e-5;
+    double t = from;
+    while (sign * (speed(t + kStep) - level) < 0) t += kStep;
+    return t + kStep * (level - speed(t)) / (speed(t + kStep) - speed(t));
+  };
+  const double turn = crossing(0, 0, -1);
+  const double back = crossing(turn + 1e-3, 0, 1), caught = crossing(back, s.speed, 1);
+  const double end = middle + deflection(caught);
+  Cycle c;
+  c.period = caught + (release - end) / s.speed;
+  c.farthest = middle + deflection(turn);
+  c.nearest = middle + deflection(back);
+  c.heat = s.dynamic_friction * weight * (s.speed * caught - (end - release));
+  return c;
+}
+
+Cycle simulated_cycle(const StickSlip& s) {
+  Model model = mechanism();
+  Joint along = slider(Vec3::UnitX());
+  along.stiffness = s.stiffness;
+  along.damping = s.damping;
+  Joint up = slider(Vec3::UnitZ());
+  up.damping = 200;  // ends the bouncing of the start
+  const int rod = add_mover(model, "rod", s.mass, {0, 0, 0.05}, Vec3::Constant(0.01), {along, up});
+  const int guide =
+      add_mover(model, "guide", 1, {0, 0, -0.05}, Vec3::Constant(0.01), {slider(Vec3::UnitX())});
+  drive_at(model, guide, s.speed);
+  const int bed = add_panel(model, "bed", {-1, -0.2, -0.1}, {1, 0.2, 0});
+  constexpr double kStiffness = 1e6;
+  const double dent = s.mass * kGravity / kStiffness;
+  const int load = add_panel(model, "load", {-0.05, -0.05, -dent}, {0.05, 0.05, 0.1 - dent});
+  model.boundaries[bed].frame = guide;
+  model.boundaries[load].frame = rod;
+  add_contact(model, load, bed, s.static_friction, 0.5, kStiffness);
+  model.boundary_contacts.back().law.dynamic_friction = s.dynamic_friction;
+  model.timestep = 1e-4;
+  Solver solver(model);
+  Cycle c;
+  double before = 0, rate_before = 0, last_turn = 0, last_heat = 0, nearest = 0;
+  int turns = 0;
+  // The second turn to the third: the first cycle starts from the undeflected spring.
+  while (turns < 3 && solver.time() < 60) {
+    solver.step();
+    const FrameState::JointState now = solver.frames()[0].joints[0];
+    if (rate_before > 0 && now.rate <= 0 && before > 0.5 * c.farthest) {
+      ++turns;
+      const double heat = solver.boundary_contacts()[0].dissipated_friction;
+      c = {solver.time() - last_turn, std::max(before, now.coordinate), nearest, heat - last_heat};
+      last_turn = solver.time();
+      last_heat = heat;
+      nearest = now.coordinate;
+    }
+    nearest = std::min(nearest, now.coordinate);
+    before = now.coordinate;
+    rate_before = now.rate;
+  }
+  return c;
+}
+
+std::vector<Check> stick_slip() {
+  std::vector<Check> checks;
+  for (const StickSlip& s : {StickSlip{0.5, 0.3, 0.01}, StickSlip{0.5, 0.3, 0.007},
+                             StickSlip{0.6, 0.1, 0.02}, StickSlip{0.4, 0.3, 0.004}}) {
+    const Cycle cycle = simulated_cycle(s), exact = exact_cycle(s);
+    const std::string scene =
+        fmt::format("friction {} and {}, {} m/s: ", s.static_friction, s.dynamic_friction, s.speed);
+    checks.push_back({scene + "period", cycle.period, exact.period, 1e-3, Bound::relative, "s"});
+    checks.push_back(
+        {scene + "farthest", cycle.farthest, exact.farthest, 1e-3, Bound::relative, "m"});
+    checks.push_back({scene + "nearest", cycle.nearest, exact.nearest, 1e-3, Bound::relative, "m"});
+    checks.push_back({scene + "heat by friction in a cycle", cycle.heat, exact.heat, 1e-3,
+                      Bound::relative, "J"});
+  }
+  return checks;
+}
+
 }  // namespace
 
 std::vector<VerificationCase> drive_cases() {
@@ -109,6 +216,12 @@ std::vector<VerificationCase> drive_cases() {
        .reference = "w0 (1 - exp(-t M / (J w0))), J with the rotor's own; M / r on the stop",
        .remark = "The torque falls linearly from stall to the speed without load.",
        .run = motor},
+      {.name = "machine.stick_slip",
+       .title = "A rod on a spring sticks to a moving guide and slips",
+       .reference = "damped oscillator about mu_d m g / k, released where k x + c v = mu_s m g, "
+                    "caught at the guide's speed",
+       .remark = "The damper ends the ringing on the springs of the contact while the rod sticks.",
+       .run = stick_slip},
       {.name = "machine.bearing",
        .title = "What the bearing of a pendulum bears",
        .reference = "m (r w^2 + g cos a) along the arm, m (r w' + g sin a) across it, no moment "
