@@ -4,8 +4,10 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <random>
 #include <stdexcept>
+#include <utility>
 
 #include "calibrate/numerics/experimental_design.h"
 #include "experiments/analysis/random_stream.h"
@@ -148,7 +150,43 @@ class Cloud {
   std::mt19937_64 random_;
 };
 
-Marginal marginal(const Study& study, const Posterior& p, Index i) {
+constexpr double end_part = 0.02;  // of a range, which counts as its end
+
+// Which ends of the range of a parameter may be the truth: samples there are no worse than a
+// profile allows.
+struct PossibleEnds {
+  bool at_min = false, at_max = false;
+};
+
+PossibleEnds possible_ends(const Posterior& p, Index i) {
+  double least = p.cost.front(), at_low = std::numeric_limits<double>::infinity(), at_high = at_low;
+  for (std::size_t s = 0; s < p.u.size(); ++s) {
+    least = std::min(least, p.cost[s]);
+    if (p.u[s][i] < end_part) at_low = std::min(at_low, p.cost[s]);
+    if (p.u[s][i] > 1 - end_part) at_high = std::min(at_high, p.cost[s]);
+  }
+  return {at_low - least <= wilks_95, at_high - least <= wilks_95};
+}
+
+// Central 95 % of parameter i where parameter j is at an end of its range.
+std::optional<std::pair<double, double>> interval_at_end(const Posterior& p, Index i, Index j,
+                                                         bool at_max) {
+  constexpr std::size_t fewest = 40;
+  std::vector<double> x, weight;
+  double sum = 0;
+  for (std::size_t s = 0; s < p.u.size(); ++s) {
+    if (at_max ? p.u[s][j] < 1 - end_part : p.u[s][j] > end_part) continue;
+    x.push_back(p.u[s][i]);
+    weight.push_back(p.weight[s]);
+    sum += p.weight[s];
+  }
+  if (x.size() < fewest) return std::nullopt;
+  for (double& w : weight) w /= sum;
+  return std::pair(weighted_quantile(x, weight, 0.025), weighted_quantile(x, weight, 0.975));
+}
+
+Marginal marginal(const Study& study, const Posterior& p, const std::vector<PossibleEnds>& ends,
+                  Index i) {
   const auto index = static_cast<std::size_t>(i);
   const Parameter& parameter = study.parameters[index];
   Marginal m;
@@ -160,19 +198,23 @@ Marginal marginal(const Study& study, const Posterior& p, Index i) {
   for (std::size_t s = 0; s < x.size(); ++s)
     m.sd += p.weight[s] * (x[s] - m.mean) * (x[s] - m.mean);
   m.sd = std::sqrt(m.sd);
-  // An end of the range may be the truth when samples there are no worse than a profile allows; a
-  // central interval would never hold it.
-  constexpr double end = 0.02;
-  double least = p.cost.front(), at_low = std::numeric_limits<double>::infinity(), at_high = at_low;
-  for (std::size_t s = 0; s < x.size(); ++s) {
-    least = std::min(least, p.cost[s]);
-    if (x[s] < end) at_low = std::min(at_low, p.cost[s]);
-    if (x[s] > 1 - end) at_high = std::min(at_high, p.cost[s]);
+  // A central interval would never hold an end of the range.
+  m.at_min = ends[index].at_min;
+  m.at_max = ends[index].at_max;
+  double low = m.at_min ? 0 : weighted_quantile(x, p.weight, m.at_max ? 0.05 : 0.025);
+  double high = m.at_max ? 1 : weighted_quantile(x, p.weight, m.at_min ? 0.95 : 0.975);
+  // In a valley, where another parameter is at its end, this one is at the end of its marginal.
+  for (Index other = 0; other < p.u.front().size(); ++other) {
+    if (other == i) continue;
+    const PossibleEnds& of = ends[static_cast<std::size_t>(other)];
+    for (const bool at_max : {false, true}) {
+      if (!(at_max ? of.at_max : of.at_min)) continue;
+      if (const auto there = interval_at_end(p, i, other, at_max)) {
+        low = std::min(low, there->first);
+        high = std::max(high, there->second);
+      }
+    }
   }
-  m.at_min = at_low - least <= wilks_95;
-  m.at_max = at_high - least <= wilks_95;
-  const double low = m.at_min ? 0 : weighted_quantile(x, p.weight, m.at_max ? 0.05 : 0.025);
-  const double high = m.at_max ? 1 : weighted_quantile(x, p.weight, m.at_min ? 0.95 : 0.975);
   m.low = m.at_min ? parameter.min : parameter.from_unit(low);
   m.median = parameter.from_unit(weighted_quantile(x, p.weight, 0.5));
   m.high = m.at_max ? parameter.max : parameter.from_unit(high);
@@ -277,7 +319,9 @@ Posterior sample_posterior(const Study& study, const NegativeLogPosterior& misfi
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(covariance(p.u, p.weight));
   p.longest = eigen.eigenvectors().col(d - 1);
   if (p.longest[0] < 0) p.longest *= -1;
-  for (Index i = 0; i < d; ++i) p.marginals.push_back(marginal(study, p, i));
+  std::vector<PossibleEnds> ends;
+  for (Index i = 0; i < d; ++i) ends.push_back(possible_ends(p, i));
+  for (Index i = 0; i < d; ++i) p.marginals.push_back(marginal(study, p, ends, i));
   return p;
 }
 

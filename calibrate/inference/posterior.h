@@ -14,7 +14,7 @@ namespace firn {
 struct Marginal {
   double mean = 0, sd = 0;  // unit cube
   // Of 95 %, the parameter's own unit: central, or one-sided from an end of the range that the data
-  // do not exclude.
+  // do not exclude; as far as the posterior where another parameter is at such an end.
   double low = 0, median = 0, high = 0;
   double low_68 = 0, high_68 = 0;       // of the central 68 %, the parameter's own unit
   double posterior_to_prior_sd = 0;     // near 1: the data add no information

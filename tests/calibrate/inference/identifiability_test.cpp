@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "calibrate/numerics/experimental_design.h"
 #include "tests/support/fake_experiment.h"
@@ -96,6 +97,30 @@ TEST(Identify, OneLineLeavesTheDirectionAlongItOpen) {
     EXPECT_NEAR(0.6 * member.u[0] + 0.8 * member.u[1], 0.7, 4e-3);  // a fifth of the band's 0.02
   // p may be anything: q from 0.125 to 0.875 makes up for it.
   EXPECT_GT(posterior.marginals[0].posterior_to_prior_sd, 0.9);
+}
+
+// Where a parameter may be at an end of its range, the other one may be at its end of the valley.
+TEST(Identify, IntervalsHoldBothParametersAtTheEndsOfAValley) {
+  std::mt19937_64 bits(815);
+  const auto draw = [&](double low, double high) {
+    return low + (high - low) * static_cast<double>(bits() >> 11) * 0x1p-53;
+  };
+  int ends = 0;
+  for (int k = 0; k < 12; ++k) {
+    const double a = draw(1, 5), b = (k % 2 == 0 ? 1 : -1) * draw(1, 5);
+    const double at_middle = 0.5 * (a + b), sd = draw(0.005, 0.05) * std::hypot(a, b);
+    const Linear line({{a, b, at_middle, sd}});
+    const Posterior posterior =
+        sample_posterior(line.study, NegativeLogPosterior(line.study, *line.models));
+    for (const double p : {0.0, 1.0}) {
+      const double q = (at_middle - a * p) / b;
+      if (q < 0.02 || q > 0.98) continue;  // q ends first
+      ++ends;
+      EXPECT_LE(posterior.marginals[1].low, q) << a << " p + " << b << " q ± " << sd;
+      EXPECT_GE(posterior.marginals[1].high, q) << a << " p + " << b << " q ± " << sd;
+    }
+  }
+  EXPECT_GE(ends, 6);
 }
 
 TEST(Identify, AWeakDirectionCountsAsOpenAlthoughNothingIsSingular) {
