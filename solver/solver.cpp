@@ -153,7 +153,7 @@ void Solver::insert(int particle, const Vec3& center_of_mass, const Quat& orient
   BodyMotion& m = s.motion[particle];
   m.position = center_of_mass;
   m.velocity = velocity;
-  m.spin = angular_velocity;
+  m.angular_velocity = angular_velocity;
   s.orientation[particle] = (orientation * shape.shape_from_body).normalized();
   s.angular_momentum[particle] =
       shape.inertia.cwiseProduct(rotation_of(s, particle).transpose() * angular_velocity);
@@ -293,7 +293,7 @@ const ParticleState& Solver::particles() const {
   for (std::size_t k = 0; k < n; ++k) {
     i.particles.position[k] = s.motion[k].position;
     i.particles.velocity[k] = s.motion[k].velocity;
-    i.particles.angular_velocity[k] = s.motion[k].spin;
+    i.particles.angular_velocity[k] = s.motion[k].angular_velocity;
   }
   return i.particles;
 }
@@ -315,7 +315,7 @@ const std::vector<BoundaryState>& Solver::boundaries() const {
     w.position = s.motion[n + b].position;
     w.orientation = s.orientation[n + b];
     w.velocity = s.motion[n + b].velocity;
-    w.angular_velocity = s.motion[n + b].spin;
+    w.angular_velocity = s.motion[n + b].angular_velocity;
     w.present = s.boundary_present[b] != 0;
     w.impulse = s.boundary_impulse[b];
     w.angular_impulse = s.boundary_angular_impulse[b];
@@ -333,7 +333,7 @@ std::vector<FrameState> Solver::frames() const {
     one.position = m.position;
     one.orientation = Quat(Mat3(Eigen::Map<const Mat3>(m.rotation))).normalized();
     one.velocity = m.velocity;
-    one.angular_velocity = m.spin;
+    one.angular_velocity = m.angular_velocity;
     one.driven = m.driven != 0;
     one.impulse = m.impulse;
     one.angular_impulse = m.angular_impulse;
@@ -349,7 +349,7 @@ std::vector<FrameState> Solver::frames() const {
     const Mat3 above = parent < 0 ? Mat3(Mat3::Identity())
                                   : Mat3(Eigen::Map<const Mat3>(
                                         i.state.frames[static_cast<std::size_t>(parent)].rotation));
-    if (free->free_rotation) one.free_spin = above * Vec3(m.rate + axes);
+    if (free->free_rotation) one.relative_angular_velocity = above * Vec3(m.rate + axes);
   }
   return out;
 }

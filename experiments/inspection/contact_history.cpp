@@ -12,7 +12,7 @@
 namespace firn {
 
 struct Motion6 {  // m, m/s, rad/s, world
-  Vec3 center = Vec3::Zero(), velocity = Vec3::Zero(), spin = Vec3::Zero();
+  Vec3 center = Vec3::Zero(), velocity = Vec3::Zero(), angular_velocity = Vec3::Zero();
 };
 
 struct LoadOnBody {
@@ -58,7 +58,7 @@ struct ContactHistory::PairForces {
       const LoadOnBody &p = push[kind][i], &q = other.push[kind][i];
       const Motion6 &m = motion[i], &n = other.motion[i];
       sum += 0.25 * (p.force + q.force).dot(m.velocity + n.velocity);
-      sum += 0.25 * (p.moment + q.moment).dot(m.spin + n.spin);
+      sum += 0.25 * (p.moment + q.moment).dot(m.angular_velocity + n.angular_velocity);
     }
     return sum;
   }
@@ -116,8 +116,8 @@ void ContactHistory::add_step(const Solver& solver, bool last) {
       pairs.push_back(pair_of(solver, c));
     if (std::isnan(now_.gap) || c.gap < now_.gap) {
       const Motion6 &a = pairs.back().motion[0], &b = pairs.back().motion[1];
-      const Vec3 relative = a.velocity + a.spin.cross(c.position - a.center) - b.velocity -
-                            b.spin.cross(c.position - b.center);
+      const Vec3 relative = a.velocity + a.angular_velocity.cross(c.position - a.center) -
+                            b.velocity - b.angular_velocity.cross(c.position - b.center);
       now_.gap = c.gap;
       now_.approach = relative.dot(c.normal);
       now_.slip = (relative - now_.approach * c.normal).norm();

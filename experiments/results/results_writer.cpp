@@ -60,7 +60,7 @@ void add_frame(Row& row, const FrameState& frame, const std::optional<FreeBody>&
   if (!free) return;
   row.add(Vec3(frame.reaction_impulse * per_time));
   row.add(Vec3(frame.reaction_angular_impulse * per_time));
-  if (free->free_rotation) row.add(frame.free_spin);
+  if (free->free_rotation) row.add(frame.relative_angular_velocity);
   for (const FrameState::JointState& axis : frame.joints) row.add(axis.coordinate);
   for (const FrameState::JointState& axis : frame.joints) row.add(axis.rate);
   for (const FrameState::JointState& axis : frame.joints) row.add(axis.motor_impulse * per_time);

@@ -81,6 +81,7 @@ constexpr TomlAlias kKeys[] = {
     {kCase, "fills[]", "tag_by", "tag_mode"},
     {kCase, "inlets[]", "tag_by", "tag_mode"},
     {kCase, "tag_rules[]", "columns", "bins"},
+    {kCase, "initial_state.motion_frames[]", "spin", "relative_angular_velocity"},
     {kCase, "limit_switches[]", "hold", "hold_time"},
     {kCase, "bonds[]", "source", "inlet"},
     {kCase, "statistics", "merge", "merge_gap"},

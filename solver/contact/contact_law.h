@@ -124,13 +124,14 @@ struct PatchMotion {
   return motion.closing + dot(plain(point.offset), motion.tilt);
 }
 
-// velocity: m/s, of a's material point minus b's at the reference point; spin: rad/s, a minus b.
+// velocity: m/s, of a's material point minus b's at the reference point.
+// angular_velocity: rad/s, a minus b.
 [[gnu::always_inline]] inline PatchMotion patch_motion(const Vec& normal, const Vec& velocity,
-                                                       const Vec& spin, double dt) {
+                                                       const Vec& angular_velocity, double dt) {
   const double closing = dot(velocity, normal);
   // (v + w x o) . n dt = v . n dt + o . (n x w) dt
-  return {closing * dt, dt * cross(normal, spin), velocity - closing * normal,
-          dot(spin, normal) * dt};
+  return {closing * dt, dt * cross(normal, angular_velocity), velocity - closing * normal,
+          dot(angular_velocity, normal) * dt};
 }
 
 // Sums over the contact points of a patch.
@@ -346,8 +347,8 @@ inline double rolling_stiffness(const PairLaw& law) {
 
 // Advances the rolling moment (on a). Returns the work that it takes from the bodies, J.
 inline double advance_rolling(const PairLaw& law, const Patch& patch, Vec3& rolling,
-                              const Vec3& spin, double dt) {
-  const Vec3 across = spin - patch.normal * spin.dot(patch.normal);
+                              const Vec3& angular_velocity, double dt) {
+  const Vec3 across = angular_velocity - patch.normal * angular_velocity.dot(patch.normal);
   const Vec3 before = rolling;
   rolling -= (rolling_stiffness(law) * dt) * across;
   const double limit = law.rolling_limit * patch.normal_force;

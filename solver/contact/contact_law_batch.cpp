@@ -92,7 +92,7 @@ void PatchBlock::gather(int k) {
   spring_.gather(k, [&](int i) { return &law_[i]->stiffness; });
   friction_.gather(k, [&](int i) { return &law_[i]->tangential_stiffness; });
   velocity_.gather(k, [&](int i) { return &motion_[i].velocity; });
-  spin_.gather(k, [&](int i) { return &motion_[i].spin; });
+  angular_velocity_.gather(k, [&](int i) { return &motion_[i].angular_velocity; });
   center_offset_.gather(k, [&](int i) { return &motion_[i].apart; });
   for (int i = k; i < k + 4; ++i) {
     sliding_[i] = patch_[i]->sliding;
@@ -116,9 +116,9 @@ void PatchBlock::scatter(int k) {
 
 void PatchBlock::compute_relative_motion(double dt) {
   for (int k = 0; k < count_; ++k) {
-    const Vec spin = spin_.vec(k);
-    const Vec velocity = velocity_.vec(k) + cross(spin, arm_.vec(k));
-    const PatchMotion motion = patch_motion(normal_.vec(k), velocity, spin, dt);
+    const Vec angular_velocity = angular_velocity_.vec(k);
+    const Vec velocity = velocity_.vec(k) + cross(angular_velocity, arm_.vec(k));
+    const PatchMotion motion = patch_motion(normal_.vec(k), velocity, angular_velocity, dt);
     tilt_.set(k, motion.tilt, motion.closing);
     slip_.set(k, motion.slip, motion.turn);
   }
@@ -256,7 +256,8 @@ void PatchBlock::add_options(int k, double dt) {
   const auto add = [](const Vec& v, Quad& to) { to = {to.x + v.x, to.y + v.y, to.z + v.z, to.w}; };
   if (law.rolling_limit > 0) {
     Vec3& rolling = details_[patch_[k] - patches_].rolling;
-    work_friction_[k] += advance_rolling(law, patch, rolling, eigen(plain(motion_[k].spin)), dt);
+    work_friction_[k] +=
+        advance_rolling(law, patch, rolling, eigen(plain(motion_[k].angular_velocity)), dt);
     add(plain(rolling), moment_a_[k]);
     add(-1.0 * plain(rolling), moment_b_[k]);
   }

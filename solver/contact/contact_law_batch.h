@@ -34,9 +34,9 @@ struct PatchLoad {
 
 // Relative motion of two bodies. The fourth components are unused.
 struct PairMotion {
-  Quad velocity;  // m/s, a's minus b's, of the points of both at the center of a
-  Quad spin;      // rad/s, a's minus b's
-  Quad apart;     // m, center of a minus center of b
+  Quad velocity;          // m/s, a's minus b's, of the points of both at the center of a
+  Quad angular_velocity;  // rad/s, a's minus b's
+  Quad apart;             // m, center of a minus center of b
 };
 
 class PatchBlock {
@@ -60,7 +60,7 @@ class PatchBlock {
     patch_[k] = &patch;
     points_[k] = points;
     copy_four(&motion.velocity, &motion_[k].velocity);
-    copy_four(&motion.spin, &motion_[k].spin);
+    copy_four(&motion.angular_velocity, &motion_[k].angular_velocity);
     copy_four(&motion.apart, &motion_[k].apart);
     with_options_ |= !law.is_plain;
     at_boundary_[boundary_count_] = k;
@@ -149,7 +149,7 @@ class PatchBlock {
   Columns tangential_;  // and normal force, afterwards
   Columns spring_;      // stiffness, unloading ratio, minimum unloading ratio
   Columns friction_;    // stiffness, static and dynamic coefficient, restick velocity
-  Columns velocity_, spin_, center_offset_, force_on_a_, moment_, moment_on_b_;
+  Columns velocity_, angular_velocity_, center_offset_, force_on_a_, moment_, moment_on_b_;
   Columns tilt_;         // and closing
   Columns slip_;         // and turn
   Columns normal_load_;  // sum of force times offset, and normal force

@@ -300,8 +300,8 @@ bool inherits(const PatchInput& in, const Patch& old, const Patch& fresh) {
 
 // How the bodies move against each other at a patch in this step.
 PatchMotion motion_at(const PatchInput& in, const Patch& patch, const Vec3& velocity) {
-  return patch_motion(plain(patch.normal), plain(velocity + in.spin.cross(patch.arm)),
-                      plain(in.spin), in.dt);
+  return patch_motion(plain(patch.normal), plain(velocity + in.angular_velocity.cross(patch.arm)),
+                      plain(in.angular_velocity), in.dt);
 }
 
 // m, overlap of a point before the approach of this step.

@@ -32,10 +32,10 @@ struct PatchInput {
   const ContactPoint* old_points = nullptr;
   // Relative motion of a and b (a minus b), world axes, over the step that ends with these
   // contacts.
-  Vec3 velocity = Vec3::Zero();         // m/s, of the material points of both at the center of a
-  Vec3 velocity_before = Vec3::Zero();  // the same, with the lever arm of b before the step
-  Vec3 spin = Vec3::Zero();             // rad/s
-  double dt = 0;                        // s
+  Vec3 velocity = Vec3::Zero();          // m/s, of the material points of both at the center of a
+  Vec3 velocity_before = Vec3::Zero();   // the same, with the lever arm of b before the step
+  Vec3 angular_velocity = Vec3::Zero();  // rad/s
+  double dt = 0;                         // s
 };
 
 // The point of an old patch that is nearest to a new point.

@@ -162,9 +162,10 @@ class ContactSearch {
     const BodyMotion &motion_a = s_.motion[pair.a], &motion_b = s_.motion[pair.b];
     const Vec3 apart = motion_a.position - motion_b.position;
     const Vec3 closing = motion_a.velocity - motion_b.velocity;
-    in.velocity = closing - motion_b.spin.cross(apart);
-    in.velocity_before = closing - motion_b.spin.cross(apart - model_.timestep * closing);
-    in.spin = motion_a.spin - motion_b.spin;
+    in.velocity = closing - motion_b.angular_velocity.cross(apart);
+    in.velocity_before =
+        closing - motion_b.angular_velocity.cross(apart - model_.timestep * closing);
+    in.angular_velocity = motion_a.angular_velocity - motion_b.angular_velocity;
     in.dt = model_.timestep;
     if (pair.b < n_) in.neighbors_b = model_.shapes[model_.particles[pair.b].shape].part_neighbors;
     out.late_contacts = build_patches(in, scratch_.patches, out.found);

@@ -22,7 +22,7 @@ void set_margins(const Model& model, const Workspace& w, State& s) {
   const std::size_t n = model.particles.size();
   const auto speed = [&](std::size_t i) {
     return s.motion[i].velocity.norm() +
-           s.motion[i].spin.norm() * w.reach[model.particles[i].shape];
+           s.motion[i].angular_velocity.norm() * w.reach[model.particles[i].shape];
   };
   double mean = 0;
   std::size_t present = 0;

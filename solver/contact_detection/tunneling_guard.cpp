@@ -27,8 +27,10 @@ double watched_depth(const ConvexPart& a, const ConvexPart& b) {
 
 double step_motion(const Model& model, const Workspace& w, const State& s, int a, int b) {
   const BodyMotion &ma = s.motion[a], &mb = s.motion[b];
-  const Vec3 relative = ma.velocity - mb.velocity - mb.spin.cross(ma.position - mb.position);
-  const double turning = (ma.spin - mb.spin).norm() * w.reach[model.particles[a].shape];
+  const Vec3 relative =
+      ma.velocity - mb.velocity - mb.angular_velocity.cross(ma.position - mb.position);
+  const double turning =
+      (ma.angular_velocity - mb.angular_velocity).norm() * w.reach[model.particles[a].shape];
   return (relative.norm() + turning) * model.timestep;
 }
 
@@ -54,7 +56,7 @@ Pose TunnelingGuard::pose_before(double seconds) const {
   const State& s = in_.state;
   const auto place = [&](int body) {
     const BodyMotion& m = s.motion[body];
-    const Vec3 turned = -seconds * m.spin;
+    const Vec3 turned = -seconds * m.angular_velocity;
     const double angle = turned.norm();
     Pose p{rotation_of(s, body), m.position - seconds * m.velocity};
     if (angle > 0) {
@@ -237,7 +239,7 @@ void check_step_lengths(const Model& model, const Workspace& w, const State& s) 
   for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
     if (!s.boundary_present[b] || model.boundaries[b].kind == Boundary::Kind::plane) continue;
     const BodyMotion& m = s.motion[n + b];
-    walls = std::max(walls, m.velocity.norm() + m.spin.norm() * w.reach[w.shapes + b]);
+    walls = std::max(walls, m.velocity.norm() + m.angular_velocity.norm() * w.reach[w.shapes + b]);
   }
   for (std::size_t i = 0; i < n; ++i) {
     if (s.presence[i] != Presence::present) continue;

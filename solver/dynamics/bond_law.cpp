@@ -29,7 +29,7 @@ TurnFactors turn_factors(double w, const Vec3& v) {
 }
 
 // From moments that do work on the deformations to moments on the ends; symmetric, so that the same
-// takes relative spins to rates of the deformations.
+// takes relative angular velocities to rates of the deformations.
 Vec3 to_ends(const BeamPose& pose, const Vec3& m) {
   // half = v / (1 + w) of the quaternion, which has |v|^2 + w^2 = 1.
   const double h2 = pose.half.squaredNorm(), w = (1 - h2) / (1 + h2);
@@ -46,7 +46,8 @@ Mat6 mobility(const BeamLaw& law, const Bond& bond, const Shape& a, double share
                        double side) {
     const Mat3 to_beam = axes.conjugate().toRotationMatrix();
     const Vec3 arm = to_beam * end + side * 0.5 * law.length * Vec3::UnitX();
-    Mat6 rates = Mat6::Identity();  // of the deformations, from velocity and spin
+    // From velocity and angular velocity to rates of the deformations.
+    Mat6 rates = Mat6::Identity();
     rates.topRightCorner<3, 3>() = -cross_matrix(arm);
     Mat6 inverse_mass = Mat6::Zero();
     inverse_mass.topLeftCorner<3, 3>() = Mat3::Identity() / (share * body.mass);
@@ -174,12 +175,15 @@ double elastic_energy(const BeamSprings& k, const BeamPose& pose) {
 }
 
 Vec6 rates_of(const BeamPose& pose, const BodyInMotion& a, const BodyInMotion& b) {
-  const Vec3 spin = b.spin - a.spin;
-  const Vec3 middle_spin = 0.5 * (a.spin + b.spin) - 0.5 * (pose.axes * pose.half).cross(spin);
-  const Vec3 velocity = (b.velocity + b.spin.cross(pose.arm_b)) -
-                        (a.velocity + a.spin.cross(pose.arm_a)) - middle_spin.cross(pose.apart);
+  // Angular velocities, rad/s: of b relative to a, and of the axes in the middle.
+  const Vec3 omega = b.angular_velocity - a.angular_velocity;
+  const Vec3 middle_omega =
+      0.5 * (a.angular_velocity + b.angular_velocity) - 0.5 * (pose.axes * pose.half).cross(omega);
+  const Vec3 velocity = (b.velocity + b.angular_velocity.cross(pose.arm_b)) -
+                        (a.velocity + a.angular_velocity.cross(pose.arm_a)) -
+                        middle_omega.cross(pose.apart);
   Vec6 rates;
-  rates << pose.axes.transpose() * velocity, to_ends(pose, pose.axes.transpose() * spin);
+  rates << pose.axes.transpose() * velocity, to_ends(pose, pose.axes.transpose() * omega);
   return rates;
 }
 

@@ -21,10 +21,10 @@ constexpr int kMostRepetitions = 60;
 // What unit rates do to the center of mass, and the inertia against them. Turning freely counts
 // along the parent's axes.
 struct Axes {
-  Columns velocity, spin;       // m/s and rad/s for each rate
-  Mat3 inertia = Mat3::Zero();  // kg m^2, world axes
-  Vec3 arm = Vec3::Zero();      // m, from the body's origin to its center of mass
-  Matrix mass;                  // kg, kg m, kg m^2
+  Columns velocity, angular_velocity;  // m/s and rad/s for each rate
+  Mat3 inertia = Mat3::Zero();         // kg m^2, world axes
+  Vec3 arm = Vec3::Zero();             // m, from the body's origin to its center of mass
+  Matrix mass;                         // kg, kg m, kg m^2
 
   Axes(const FreeBody& body, const Vec3& origin, const Mat3& parent, const Mat3& rotation)
       : inertia(rotation * body.inertia * rotation.transpose()),
@@ -32,7 +32,7 @@ struct Axes {
     const auto given = static_cast<Eigen::Index>(body.joints.size());
     const Eigen::Index n = given + (body.free_rotation ? 3 : 0);
     velocity.resize(3, n);
-    spin.resize(3, n);
+    angular_velocity.resize(3, n);
     for (Eigen::Index k = 0; k < n; ++k) {
       const bool turns =
           k >= given || body.joints[static_cast<std::size_t>(k)].kind == Joint::Kind::rotation;
@@ -40,9 +40,10 @@ struct Axes {
                             ? Vec3(parent.col(k - given))
                             : Vec3(parent * body.joints[static_cast<std::size_t>(k)].direction);
       velocity.col(k) = turns ? axis.cross(arm) : axis;
-      spin.col(k) = turns ? axis : Vec3::Zero();
+      angular_velocity.col(k) = turns ? axis : Vec3::Zero();
     }
-    mass = body.mass * velocity.transpose() * velocity + spin.transpose() * inertia * spin;
+    mass = body.mass * velocity.transpose() * velocity +
+           angular_velocity.transpose() * inertia * angular_velocity;
     for (Eigen::Index k = 0; k < given; ++k)
       mass(k, k) += body.joints[static_cast<std::size_t>(k)].armature;
   }
@@ -90,28 +91,30 @@ Matrix response(const FreeBody& body, const Matrix& mass, double h) {
 // Generalized forces by contacts, gravity and inertia at these rates. Accelerations count at
 // constant rates; where the inertia changes with the place, at constant momenta.
 Vector forces_at(const FreeBody& body, const Axes& axes, const FreeBodyState& at, const Vector& u) {
-  const Vec3 relative_spin = axes.spin * u, spin = at.parent_spin + relative_spin;
+  // Angular velocities of the parent, of the body relative to it, and of the body, rad/s.
+  const Vec3& parent_omega = at.parent_angular_velocity;
+  const Vec3 relative_omega = axes.angular_velocity * u, omega = parent_omega + relative_omega;
   Vec3 sliding = Vec3::Zero();  // m/s, of the origin against the parent
   for (std::size_t k = 0; k < body.joints.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
     if (!is_rotation(body.joints[k])) sliding += axes.velocity.col(i) * u[i];
   }
-  const Vec3 turning = at.parent_spin.cross(relative_spin);
-  const Vec3 acceleration = 2 * at.parent_spin.cross(sliding) +
-                            at.parent_spin.cross(at.parent_spin.cross(at.offset)) +
-                            turning.cross(axes.arm) + spin.cross(spin.cross(axes.arm));
+  const Vec3 turning = parent_omega.cross(relative_omega);
+  const Vec3 acceleration = 2 * parent_omega.cross(sliding) +
+                            parent_omega.cross(parent_omega.cross(at.offset)) +
+                            turning.cross(axes.arm) + omega.cross(omega.cross(axes.arm));
   const Vec3 force = at.force + body.mass * (at.gravity - acceleration);
   const Vec3 torque = at.torque - axes.arm.cross(at.force) - axes.inertia * turning -
-                      spin.cross(axes.inertia * spin);
-  Vector out = axes.velocity.transpose() * force + axes.spin.transpose() * torque;
+                      omega.cross(axes.inertia * omega);
+  Vector out = axes.velocity.transpose() * force + axes.angular_velocity.transpose() * torque;
   if (has_constant_inertia(body)) return out;
   // What the momenta change by at constant rates, as seen from the parent.
-  const Vec3 velocity = axes.velocity * u, swing = relative_spin.cross(axes.arm);
-  const Vec3 inward = body.mass * relative_spin.cross(swing);
+  const Vec3 velocity = axes.velocity * u, swing = relative_omega.cross(axes.arm);
+  const Vec3 inward = body.mass * relative_omega.cross(swing);
   for (Eigen::Index k = 0; k < out.size(); ++k) {
-    const Vec3 w = axes.spin.col(k);
+    const Vec3 w = axes.angular_velocity.col(k);
     out[k] += body.mass * w.cross(swing).dot(velocity) + axes.velocity.col(k).dot(inward) +
-              w.dot(relative_spin.cross(axes.inertia * relative_spin));
+              w.dot(relative_omega.cross(axes.inertia * relative_omega));
   }
   return out;
 }
@@ -122,7 +125,7 @@ bool is_coupled(const FreeBody& body, const FreeBodyState& at) {
   if (n < 2) return false;
   const bool slides = !std::ranges::all_of(body.joints, is_rotation);
   const bool turns = body.free_rotation || std::ranges::any_of(body.joints, is_rotation);
-  return (slides && turns) || !at.parent_spin.isZero(0);
+  return (slides && turns) || !at.parent_angular_velocity.isZero(0);
 }
 
 bool is_same(const Vector& a, const Vector& b) { return (a - b).norm() <= kSame * b.norm(); }
@@ -140,9 +143,11 @@ KickResult integrate_free_body(const FreeBody& body, const Vec3& origin,
   double friction_given[kMostJoints] = {}, drive_given[kMostJoints] = {};
   if (half == HalfKick::first && at.parent_moves) {
     const Vector before = u;
-    const Vec3 jump = at.parent_velocity_change + at.parent_spin_change.cross(at.offset + axes.arm);
-    u -= axes.mass.inverse() * (axes.velocity.transpose() * (body.mass * jump) +
-                                axes.spin.transpose() * (axes.inertia * at.parent_spin_change));
+    const Vec3 jump =
+        at.parent_velocity_change + at.parent_angular_velocity_change.cross(at.offset + axes.arm);
+    u -= axes.mass.inverse() *
+         (axes.velocity.transpose() * (body.mass * jump) +
+          axes.angular_velocity.transpose() * (axes.inertia * at.parent_angular_velocity_change));
     const Matrix mobility = axes.mass.inverse();
     const auto hold = [&](std::size_t k, double most) {
       const auto i = static_cast<Eigen::Index>(k);
@@ -229,17 +234,17 @@ Vec3 drift(const FreeBody& body, const Vec3& origin, double dt, const HeldAxes& 
     return turned;
   }
   const Vector first = rates(motion, n);
-  const auto spin_of = [&](const Vector& u) {
-    Vec3 spin = Vec3::Zero();
-    if (body.free_rotation) spin = u.tail<3>();
+  const auto angular_velocity_of = [&](const Vector& u) {
+    Vec3 omega = Vec3::Zero();
+    if (body.free_rotation) omega = u.tail<3>();
     for (std::size_t k = 0; k < given; ++k) {
       if (is_rotation(body.joints[k]))
-        spin += body.joints[k].direction * u[static_cast<Eigen::Index>(k)];
+        omega += body.joints[k].direction * u[static_cast<Eigen::Index>(k)];
     }
-    return spin;
+    return omega;
   };
   const auto turn = [&](const Vector& u) {
-    const Vec3 angles = 0.5 * dt * spin_of(u);
+    const Vec3 angles = 0.5 * dt * angular_velocity_of(u);
     const double angle = angles.norm();
     return angle > 0 ? Quat(Eigen::AngleAxisd(angle, angles / angle)) : Quat::Identity();
   };
@@ -275,7 +280,7 @@ Vec3 drift(const FreeBody& body, const Vec3& origin, double dt, const HeldAxes& 
   }
   for (Eigen::Index i = 0; i < n; ++i) motion.rate[i] = last[i];
   orientation = end;
-  return 0.5 * dt * (spin_of(first) + spin_of(last));
+  return 0.5 * dt * (angular_velocity_of(first) + angular_velocity_of(last));
 }
 
 void apply_joint_limits(const FreeBody& body, const Vec3& origin, const FreeBodyState& at,
@@ -321,7 +326,7 @@ double min_effective_mass(const FreeBody& body, const Vec3& origin, const Vec3& 
   const Axes axes(body, origin, Mat3::Identity(), Mat3::Identity());
   Columns point = axes.velocity;
   for (Eigen::Index k = 0; k < point.cols(); ++k)
-    point.col(k) += axes.spin.col(k).cross(arm - axes.arm);
+    point.col(k) += axes.angular_velocity.col(k).cross(arm - axes.arm);
   const Mat3 mobility = point * axes.mass.inverse() * point.transpose();  // 1/kg
   return 1 / Eigen::SelfAdjointEigenSolver<Mat3>(mobility).eigenvalues().maxCoeff();
 }

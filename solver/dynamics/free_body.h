@@ -11,21 +11,21 @@ namespace firn {
 // Pose of a free body and loads on it, in world axes at one instant. The angular velocity of the
 // parent is the mean over the step.
 struct FreeBodyState {
-  Mat3 parent = Mat3::Identity();    // axes of the parent frame -> world
-  Mat3 rotation = Mat3::Identity();  // axes of the body -> world
-  Vec3 offset = Vec3::Zero();        // m, from the parent's origin to the body's own
-  Vec3 parent_spin = Vec3::Zero();   // rad/s
+  Mat3 parent = Mat3::Identity();               // axes of the parent frame -> world
+  Mat3 rotation = Mat3::Identity();             // axes of the body -> world
+  Vec3 offset = Vec3::Zero();                   // m, from the parent's origin to the body's own
+  Vec3 parent_angular_velocity = Vec3::Zero();  // rad/s
   // Of the parent's origin since the last step: accelerations times the time step, jumps included.
-  Vec3 parent_velocity_change = Vec3::Zero();  // m/s
-  Vec3 parent_spin_change = Vec3::Zero();      // rad/s
-  bool parent_moves = false;                   // either of them is not zero
-  Vec3 force = Vec3::Zero();                   // N, by contacts
-  Vec3 torque = Vec3::Zero();                  // N m, by contacts, about the body's origin
-  Vec3 gravity = Vec3::Zero();                 // m/s^2
+  Vec3 parent_velocity_change = Vec3::Zero();          // m/s
+  Vec3 parent_angular_velocity_change = Vec3::Zero();  // rad/s
+  bool parent_moves = false;                           // either of them is not zero
+  Vec3 force = Vec3::Zero();                           // N, by contacts
+  Vec3 torque = Vec3::Zero();                          // N m, by contacts, about the body's origin
+  Vec3 gravity = Vec3::Zero();                         // m/s^2
 };
 
 // [kMostJoints] each: m or rad; m/s or rad/s; N s or N m s. The last three rates of a body that
-// turns freely are its spin against the parent, in the parent's axes.
+// turns freely are its angular velocity relative to the parent, in the parent's axes.
 struct FreeBodyMotion {
   double* coordinate;
   double* rate;
@@ -41,12 +41,13 @@ struct KickResult {
 };
 
 // Advances the rates by the forces of half a step of `dt` s. The body's origin at t = 0 is `origin`
-// (m, world). d'Alembert's principle over the axes: for each axis k with the velocity v_k and spin
-// w_k that a unit rate gives the center of mass, (F + m g - m a) . v_k + (M - I alpha - w x I w) .
-// w_k + spring + damper = 0. Where the inertia against the axes changes with the place, the kick is
-// one of the momenta sum_j M_kj u_j, and drift() keeps them. Dampers are solved exactly for
-// constant other forces. Friction and motors are impulses within their bounds, applied in turn, so
-// that sticking joints do not move and driven joints have exactly their target speed.
+// (m, world). d'Alembert's principle over the axes, for each axis k:
+//   (F + m g - m a) . v_k + (M - I alpha - w x I w) . w_k + spring + damper = 0.
+// v_k: velocity of the center of mass at a unit rate; w_k: angular velocity of the body at a unit
+// rate. Where the inertia against the axes changes with the place, the kick is one of the momenta
+// sum_j M_kj u_j, and drift() keeps them. Dampers are solved exactly for constant other forces.
+// Friction and motors are impulses within their bounds, applied in turn, so that sticking joints do
+// not move and driven joints have exactly their target speed.
 KickResult integrate_free_body(const FreeBody& body, const Vec3& origin,
                                const std::vector<const Motor*>* motors, const FreeBodyState& scene,
                                double t, double dt, HalfKick half, FreeBodyMotion motion);

@@ -415,17 +415,20 @@ struct Mechanism::Impl {
   // itself, at the place and the rates of the tree.
   VectorXd forces(const MechanismState& s, const VectorXd& q) const {
     const Mat3 to_ground = s.ground.transpose();
-    const Vec3 spin = to_ground * s.ground_spin, gravity = to_ground * s.gravity;
+    const Vec3 omega = to_ground * s.ground_angular_velocity;  // rad/s, axes of the ground
+    const Vec3 gravity = to_ground * s.gravity;
     std::vector<TreeLoad> loads(frames.size());
     for (std::size_t f = 0; f < frames.size(); ++f) {
       const TreePose pose = tree.pose(static_cast<int>(f));
       const Arm arm = arm_of(f, pose, s);
-      const Vec3 velocity = pose.velocity + pose.spin.cross(arm.center);
-      const Vec3 acceleration = spin.cross(spin.cross(arm.from_ground)) + 2 * spin.cross(velocity);
+      const Vec3 velocity = pose.velocity + pose.angular_velocity.cross(arm.center);
+      const Vec3 acceleration =
+          omega.cross(omega.cross(arm.from_ground)) + 2 * omega.cross(velocity);
       const Vec3 own = frames[f]->free->mass * (gravity - acceleration);
-      const Vec3 momentum = arm.inertia * spin;
-      const Vec3 turning = pose.spin.cross(momentum) - arm.inertia * pose.spin.cross(spin) +
-                           spin.cross(arm.inertia * (spin + pose.spin));
+      const Vec3 momentum = arm.inertia * omega;
+      const Vec3 turning = pose.angular_velocity.cross(momentum) -
+                           arm.inertia * pose.angular_velocity.cross(omega) +
+                           omega.cross(arm.inertia * (omega + pose.angular_velocity));
       loads[f].force = to_ground * s.loads[f].force + own;
       loads[f].torque = to_ground * s.loads[f].torque + arm.center.cross(own) - turning;
     }
@@ -443,13 +446,13 @@ struct Mechanism::Impl {
   // Along the coordinates, by the change of the ground's motion.
   VectorXd jump(const MechanismState& s) const {
     const Vec3 velocity = s.ground.transpose() * s.ground_velocity_change,
-               spin = s.ground.transpose() * s.ground_spin_change;
-    if (velocity.isZero(0) && spin.isZero(0)) return VectorXd::Zero(tree.coordinates());
+               omega = s.ground.transpose() * s.ground_angular_velocity_change;  // m/s, rad/s
+    if (velocity.isZero(0) && omega.isZero(0)) return VectorXd::Zero(tree.coordinates());
     std::vector<TreeLoad> impulses(frames.size());
     for (std::size_t f = 0; f < frames.size(); ++f) {
       const Arm arm = arm_of(f, tree.pose(static_cast<int>(f)), s);
-      impulses[f].force = -frames[f]->free->mass * (velocity + spin.cross(arm.from_ground));
-      impulses[f].torque = arm.center.cross(impulses[f].force) - arm.inertia * spin;
+      impulses[f].force = -frames[f]->free->mass * (velocity + omega.cross(arm.from_ground));
+      impulses[f].torque = arm.center.cross(impulses[f].force) - arm.inertia * omega;
     }
     return tree.generalized_impulses(impulses);
   }

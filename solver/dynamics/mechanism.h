@@ -37,11 +37,11 @@ struct JointLoad {
 
 // One instant of a mechanism, in world axes.
 struct MechanismState {
-  Mat3 ground = Mat3::Identity();     // axes of the ground -> world
-  Vec3 ground_origin = Vec3::Zero();  // m, of the ground as drawn
-  Vec3 ground_spin = Vec3::Zero();    // rad/s
+  Mat3 ground = Mat3::Identity();               // axes of the ground -> world
+  Vec3 ground_origin = Vec3::Zero();            // m, of the ground as drawn
+  Vec3 ground_angular_velocity = Vec3::Zero();  // rad/s
   // Of the ground since the last step: accelerations times the time step, jumps included.
-  Vec3 ground_velocity_change = Vec3::Zero(), ground_spin_change = Vec3::Zero();
+  Vec3 ground_velocity_change = Vec3::Zero(), ground_angular_velocity_change = Vec3::Zero();
   Vec3 gravity = Vec3::Zero();         // m/s^2
   double time = 0, dt = 0;             // s
   std::vector<JointLoad> loads;        // [frames] N, N m by contacts, about the frame's origin

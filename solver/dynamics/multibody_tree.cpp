@@ -187,7 +187,7 @@ TreePose MultibodyTree::pose(int body) const {
     for (int j = 0; j < 3; ++j) pose.rotation(i, j) = at.R()[i][j];
   pose.origin = plain_vector(at.p());
   const SimTK::SpatialVec& moves = b.getBodyVelocity(impl_->state);
-  pose.spin = plain_vector(moves[0]);
+  pose.angular_velocity = plain_vector(moves[0]);
   pose.velocity = plain_vector(moves[1]);
   return pose;
 }

@@ -38,9 +38,9 @@ struct TreeLoop {
 // Of a body, at one instant.
 struct TreePose {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d origin = Eigen::Vector3d::Zero();    // m
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // m/s, of the origin
-  Eigen::Vector3d spin = Eigen::Vector3d::Zero();      // rad/s
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();            // m
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          // m/s, of the origin
+  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // rad/s
 };
 struct TreeLoad {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();   // N

@@ -21,7 +21,7 @@ struct alignas(32) BodyMotion {
   double zero_0 = 0;
   Vec3 velocity = Vec3::Zero();  // m/s
   double zero_1 = 0;
-  Vec3 spin = Vec3::Zero();  // rad/s, world
+  Vec3 angular_velocity = Vec3::Zero();  // rad/s, world
   double zero_2 = 0;
 };
 struct alignas(32) BodyLoad {
@@ -37,14 +37,15 @@ struct FrameMotion {
   Vec3 position = Vec3::Zero();                      // m, of the origin, world
   double rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  // frame -> world, column by column
   Vec3 velocity = Vec3::Zero();                      // m/s, of the origin, over the last step
-  Vec3 spin = Vec3::Zero();                          // rad/s, world
-  Vec3 velocity_change = Vec3::Zero();  // changes of velocity and spin since the previous step
-  Vec3 spin_change = Vec3::Zero();
+  Vec3 angular_velocity = Vec3::Zero();              // rad/s, world
+  Vec3 velocity_change = Vec3::Zero();  // changes of both velocities since the previous step
+  Vec3 angular_velocity_change = Vec3::Zero();
   Vec3 impulse = Vec3::Zero();             // N s, by contacts since the last clearing
   Vec3 angular_impulse = Vec3::Zero();     // N m s, about the moving origin
   double coordinate[kMostJoints] = {};     // m or rad, of the axes
   double rate[kMostJoints] = {};           // m/s or rad/s; the last three of a body that turns
-                                           // freely: its spin against the parent, in whose axes
+                                           // freely: its angular velocity relative to the
+                                           // parent, in the parent's axes
   double motor_impulse[kMostJoints] = {};  // N s or N m s, by motors
   double limit_impulse[kMostJoints] = {};  // and by hard stops, both since they were cleared
   double driven = 0;                       // 1: a motor acted in the last step

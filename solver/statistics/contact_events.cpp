@@ -97,8 +97,8 @@ class ContactReader {
     // The velocities here are those between the two half kicks, which the contact law used.
     const BodyMotion &a = s_.motion[pair.a], &b = s_.motion[pair.b];
     const Vec3 &place = contact.event.position, &normal = contact.event.normal;
-    const Vec3 velocity = a.velocity + a.spin.cross(place - a.position) - b.velocity -
-                          b.spin.cross(place - b.position);
+    const Vec3 velocity = a.velocity + a.angular_velocity.cross(place - a.position) - b.velocity -
+                          b.angular_velocity.cross(place - b.position);
     contact.event.impact_velocity_normal = velocity.dot(normal);
     contact.event.impact_velocity_tangential = (velocity - velocity.dot(normal) * normal).norm();
     return begun;

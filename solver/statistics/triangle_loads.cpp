@@ -68,8 +68,8 @@ class BoundaryReader {
     const Vec3 friction = to_boundary * -patch.tangential;  // on the boundary
     double speed = 0;
     if (patch.sliding) {
-      const Vec3 velocity = a.velocity + a.spin.cross(patch.arm) - b.velocity -
-                            b.spin.cross(a.position + patch.arm - b.position);
+      const Vec3 velocity = a.velocity + a.angular_velocity.cross(patch.arm) - b.velocity -
+                            b.angular_velocity.cross(a.position + patch.arm - b.position);
       speed = (velocity - velocity.dot(patch.normal) * patch.normal).norm();
     }
     const double size = friction.norm();

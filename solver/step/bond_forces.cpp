@@ -13,7 +13,7 @@ constexpr std::size_t kBondsPerTask = 64;  // bonds a task
 
 BodyInMotion body(const State& s, int particle) {
   const BodyMotion& m = s.motion[particle];
-  return {m.position, m.velocity, m.spin, s.orientation[particle]};
+  return {m.position, m.velocity, m.angular_velocity, s.orientation[particle]};
 }
 
 bool acts(const Model& model, const State& s, std::size_t bond) {

@@ -93,9 +93,9 @@ double collide_all(const BoundaryContactTable& table, const Pose& pose,
 void fill_motion(const State& s, const Bodies& bodies, double dt, PatchInput& in) {
   const BodyMotion &a = s.motion[bodies.body_a], &b = s.motion[bodies.body_b];
   const Vec3 apart = a.position - b.position, closing = a.velocity - b.velocity;
-  in.velocity = closing - b.spin.cross(apart);
-  in.velocity_before = closing - b.spin.cross(apart - dt * closing);
-  in.spin = a.spin - b.spin;
+  in.velocity = closing - b.angular_velocity.cross(apart);
+  in.velocity_before = closing - b.angular_velocity.cross(apart - dt * closing);
+  in.angular_velocity = a.angular_velocity - b.angular_velocity;
   in.dt = dt;
 }
 
@@ -114,9 +114,11 @@ void check_speed(const Model& model, const State& s, const BoundaryContact& cont
   const BodyMotion &a = s.motion[bodies.body_a], &b = s.motion[bodies.body_b];
   const int smaller = table.smaller_is_a ? bodies.body_a : bodies.body_b;
   const Vec3 center = s.motion[smaller].position + rotation_of(s, smaller) * table.center;
-  const Vec3 velocity = a.velocity + a.spin.cross(center - a.position) - b.velocity -
-                        b.spin.cross(center - b.position);
-  const double way = (velocity.norm() + (a.spin - b.spin).norm() * table.radius) * model.timestep;
+  const Vec3 velocity = a.velocity + a.angular_velocity.cross(center - a.position) - b.velocity -
+                        b.angular_velocity.cross(center - b.position);
+  const double way =
+      (velocity.norm() + (a.angular_velocity - b.angular_velocity).norm() * table.radius) *
+      model.timestep;
   if (way > table.law.overlap_limit)
     refuse(model, s, contact,
            fmt::format("moves {:.4g} m in a step, more than the {:.4g} m that it may overlap,", way,
@@ -154,13 +156,15 @@ void apply(const Model& model, State& s, const BoundaryContact& contact,
   const FrictionLaw friction{law.tangential_stiffness, law.static_friction, law.dynamic_friction,
                              law.restick_velocity};
   const BodyMotion &a = s.motion[bodies.body_a], &b = s.motion[bodies.body_b];
-  const Vec3 apart = a.position - b.position, spin = a.spin - b.spin;
-  const Vec3 velocity = a.velocity - b.velocity - b.spin.cross(apart);
+  const Vec3 apart = a.position - b.position,
+             angular_velocity = a.angular_velocity - b.angular_velocity;
+  const Vec3 velocity = a.velocity - b.velocity - b.angular_velocity.cross(apart);
   Vec3 force = Vec3::Zero(), moment_a = Vec3::Zero(), moment_b = Vec3::Zero();
   double normal = 0;
   for (Patch& patch : patches) {
     const PatchMotion motion =
-        patch_motion(plain(patch.normal), plain(velocity + spin.cross(patch.arm)), plain(spin), dt);
+        patch_motion(plain(patch.normal), plain(velocity + angular_velocity.cross(patch.arm)),
+                     plain(angular_velocity), dt);
     const NormalLoad load = advance_points(law, patch, points + patch.first_point, motion);
     if (load.overlap > law.overlap_limit)
       refuse(model, s, contact,

@@ -29,18 +29,18 @@ constexpr std::size_t kPoints = 128;        // bytes: what most pairs have
 
 [[gnu::always_inline]] inline void pair_motion(const BodyMotion& a, const BodyMotion& b,
                                                PairMotion& out) {
-  Four place_a, place_b, velocity_a, velocity_b, spin_a, spin_b, dragged;
+  Four place_a, place_b, velocity_a, velocity_b, angular_velocity_a, angular_velocity_b, dragged;
   get(&a.position, place_a);
   get(&b.position, place_b);
   get(&a.velocity, velocity_a);
   get(&b.velocity, velocity_b);
-  get(&a.spin, spin_a);
-  get(&b.spin, spin_b);
+  get(&a.angular_velocity, angular_velocity_a);
+  get(&b.angular_velocity, angular_velocity_b);
   const Four apart = place_a - place_b;
-  cross(spin_b, apart, dragged);
+  cross(angular_velocity_b, apart, dragged);
   put(apart, &out.apart);
   put(velocity_a - velocity_b - dragged, &out.velocity);
-  put(spin_a - spin_b, &out.spin);
+  put(angular_velocity_a - angular_velocity_b, &out.angular_velocity);
 }
 
 // Replaces pairs of `active` by those refreshed, both ascending. Whether these are the same pairs;
@@ -181,7 +181,8 @@ class ContactAccumulator {
     wall.impulse -= force * dt_;
     wall.angular_impulse += moment * dt_;
     wall.peak = std::max(wall.peak, load.normal);
-    accounts_.boundary_work += dt_ * (force.dot(motion.velocity) - moment.dot(motion.spin));
+    accounts_.boundary_work +=
+        dt_ * (force.dot(motion.velocity) - moment.dot(motion.angular_velocity));
   }
 
   [[gnu::noinline]] void note_overlaps(const PatchBlock& block) {

@@ -72,17 +72,19 @@ class BodyIntegrator {
         batch.body, [&](std::size_t i, Four& row) { get_three(body(i).inverse_inertia, row); },
         inverse);
   }
-  [[gnu::always_inline]] void spin_of(const Rotations& r, const Columns4& momentum,
-                                      const Columns4& inverse, Columns4& spin) const {
+  [[gnu::always_inline]] void compute_angular_velocity(const Rotations& r, const Columns4& momentum,
+                                                       const Columns4& inverse,
+                                                       Columns4& angular_velocity) const {
     const Columns3 rates{momentum.x * inverse.x, momentum.y * inverse.y, momentum.z * inverse.z};
-    r.turn(rates, spin);
-    spin.w = Lanes(0.0);
+    r.turn(rates, angular_velocity);
+    angular_velocity.w = Lanes(0.0);
   }
 
-  [[gnu::always_inline]] void store_spin(const BodyBatch& batch, Columns4& spin) const {
+  [[gnu::always_inline]] void store_angular_velocity(const BodyBatch& batch,
+                                                     Columns4& angular_velocity) const {
     Four rows[Lanes::size];
-    scatter(spin, rows);
-    for (int k = 0; k < batch.count; ++k) put(rows[k], &s_.motion[batch.body[k]].spin);
+    scatter(angular_velocity, rows);
+    for (int k = 0; k < batch.count; ++k) put(rows[k], &s_.motion[batch.body[k]].angular_velocity);
   }
   [[gnu::always_inline]] void store_momentum(const BodyBatch& batch, Columns4& momentum) const {
     Four rows[Lanes::size];
@@ -108,7 +110,7 @@ bool kick_and_drift_batch(const BodyIntegrator& integrator, BodyBatch& batch) {
   bool leaves = false;
   State& s = integrator.s_;
   batch.fill_up();
-  Columns4 q, momentum, inverse, spin, velocity;
+  Columns4 q, momentum, inverse, angular_velocity, velocity;
   Four rows[Lanes::size];
   for (int k = 0; k < batch.count; ++k) {
     const std::size_t i = batch.body[k];
@@ -128,8 +130,9 @@ bool kick_and_drift_batch(const BodyIntegrator& integrator, BodyBatch& batch) {
   q = {free.q[0], free.q[1], free.q[2], free.q[3]};
   momentum = {free.momentum[0], free.momentum[1], free.momentum[2], Lanes(0.0)};
   const Rotations r(q);
-  integrator.spin_of(r, momentum, inverse, spin);
-  const Lanes turned = norm(spin.x, spin.y, spin.z) * Lanes(integrator.dt_);
+  integrator.compute_angular_velocity(r, momentum, inverse, angular_velocity);
+  const Lanes turned =
+      norm(angular_velocity.x, angular_velocity.y, angular_velocity.z) * Lanes(integrator.dt_);
   velocity = {{rows[0], rows[4]}, {rows[1], rows[5]}, {rows[2], rows[6]}, {rows[3], rows[7]}};
   transpose(velocity.x.low, velocity.y.low, velocity.z.low, velocity.w.low);
   transpose(velocity.x.high, velocity.y.high, velocity.z.high, velocity.w.high);
@@ -140,7 +143,7 @@ bool kick_and_drift_batch(const BodyIntegrator& integrator, BodyBatch& batch) {
     s.path[i] += gone[k] + turned[k] * integrator.w_.reach[integrator.model_.particles[i].shape];
     leaves |= s.path[i] > s.rebuild_distance[i];
   }
-  integrator.store_spin(batch, spin);
+  integrator.store_angular_velocity(batch, angular_velocity);
   integrator.store_momentum(batch, momentum);
   scatter(q, rows);
   for (int k = 0; k < batch.count; ++k) put(rows[k], s.orientation[batch.body[k]].coeffs().data());
@@ -149,15 +152,15 @@ bool kick_and_drift_batch(const BodyIntegrator& integrator, BodyBatch& batch) {
 
 void kick_batch(const BodyIntegrator& integrator, BodyBatch& batch) {
   batch.fill_up();
-  Columns4 q, momentum, inverse, spin;
+  Columns4 q, momentum, inverse, angular_velocity;
   Four velocity;
   for (int k = 0; k < batch.count; ++k) integrator.kick_velocity<1>(batch.body[k], velocity);
   integrator.gather_orientation(batch, q);
   const Rotations r(q);
   integrator.kick_momentum<1>(batch, r, momentum);
   integrator.gather_inverse_inertia(batch, inverse);
-  integrator.spin_of(r, momentum, inverse, spin);
-  integrator.store_spin(batch, spin);
+  integrator.compute_angular_velocity(r, momentum, inverse, angular_velocity);
+  integrator.store_angular_velocity(batch, angular_velocity);
   integrator.store_momentum(batch, momentum);
 }
 
@@ -275,7 +278,7 @@ void integrate_positions(const Model& model, Workspace& w, State& s, bool both_k
       &w.body_shares);
   for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
     const BodyMotion& m = s.motion[n + b];
-    const double turned = m.spin.norm() * dt;
+    const double turned = m.angular_velocity.norm() * dt;
     if (turned == 0 && m.velocity.isZero(0)) continue;
     // A turning plane has no farthest point: use that of the particles around it.
     double reach = w.reach[w.shapes + b];

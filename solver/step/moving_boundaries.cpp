@@ -75,11 +75,13 @@ Vec3 rotation_vector(const Mat3& from, const Mat3& to) {
   return turn.angle() * turn.axis();
 }
 
-// Spin over a step of what turned by `turned` (rad) in the axes of its carrier, which turns as
-// well.
-Vec3 spin_of(const Vec3& carrier_spin, const Mat3& carrier, const Vec3& turned, const Mat3& from,
-             const Mat3& to, double dt) {
-  if (carrier_spin.isZero(0) || turned.isZero(0)) return carrier_spin + carrier * turned / dt;
+// Mean angular velocity (rad/s, world) over a step of a body that rotated by `turned` (rad) in the
+// axes of its carrier, which rotates as well. `from` and `to`: rotations of the body before and
+// after the step.
+Vec3 mean_angular_velocity(const Vec3& carrier_angular_velocity, const Mat3& carrier,
+                           const Vec3& turned, const Mat3& from, const Mat3& to, double dt) {
+  if (carrier_angular_velocity.isZero(0) || turned.isZero(0))
+    return carrier_angular_velocity + carrier * turned / dt;
   return rotation_vector(from, to) / dt;
 }
 
@@ -102,10 +104,11 @@ FreeBodyState scene_of(const Model& model, const State& s, const std::vector<Fra
     const FrameMotion& place = parents[static_cast<std::size_t>(frame.parent)];
     scene.parent = RotationMap(place.rotation);
     scene.offset = motion.position - place.position;
-    scene.parent_spin = parent.spin;
+    scene.parent_angular_velocity = parent.angular_velocity;
     scene.parent_velocity_change = parent.velocity_change;
-    scene.parent_spin_change = parent.spin_change;
-    scene.parent_moves = !parent.velocity_change.isZero(0) || !parent.spin_change.isZero(0);
+    scene.parent_angular_velocity_change = parent.angular_velocity_change;
+    scene.parent_moves =
+        !parent.velocity_change.isZero(0) || !parent.angular_velocity_change.isZero(0);
   }
   return scene;
 }
@@ -175,9 +178,9 @@ MechanismState mechanism_state(const Model& model, State& s,
     const auto g = static_cast<std::size_t>(members.ground);
     at.ground = RotationMap(grounds[g].rotation);
     at.ground_origin = model.frames[g].origin;
-    at.ground_spin = s.frames[g].spin;
+    at.ground_angular_velocity = s.frames[g].angular_velocity;
     at.ground_velocity_change = s.frames[g].velocity_change;
-    at.ground_spin_change = s.frames[g].spin_change;
+    at.ground_angular_velocity_change = s.frames[g].angular_velocity_change;
   }
   at.gravity = model.gravity;
   at.time = s.time;
@@ -262,7 +265,7 @@ JointLoad other_impulse(const Model& model, const FreeBody& body, const Vec3& or
   const Vec3 velocity = now.velocity + (to * (body.center - origin) - arm) / dt;
   const Mat3 inertia =
       0.5 * (from * body.inertia * from.transpose() + to * body.inertia * to.transpose());
-  const Vec3 angular_momentum = inertia * now.spin;
+  const Vec3 angular_momentum = inertia * now.angular_velocity;
   if (joint.known > 0) {
     const Vec3 momentum =
         body.mass * (velocity - joint.center_velocity) - body.mass * model.gravity * dt;
@@ -346,12 +349,12 @@ void advance_frame(const Model& model, State& s, std::size_t f, bool is_member,
   const Vec3 position = parent.position + axes * place.position;
   const Vec3 velocity = (position - motion.position) / dt;
   const Mat3 rotation = axes * place.orientation.toRotationMatrix();
-  const Vec3 spin =
-      spin_of(parent.spin, axes, place.turned, RotationMap(motion.rotation), rotation, dt);
+  const Vec3 angular_velocity = mean_angular_velocity(parent.angular_velocity, axes, place.turned,
+                                                      RotationMap(motion.rotation), rotation, dt);
   motion.velocity_change = velocity - motion.velocity;
-  motion.spin_change = spin - motion.spin;
+  motion.angular_velocity_change = angular_velocity - motion.angular_velocity;
   motion.velocity = velocity;
-  motion.spin = spin;
+  motion.angular_velocity = angular_velocity;
   motion.position = position;
   Eigen::Map<Mat3>(motion.rotation) = rotation;
   if (frame.free && !is_member)
@@ -369,7 +372,7 @@ void advance_boundary(const Model& model, State& s, std::size_t b, BoundaryMotio
     Place place{motion.position, s.orientation[body]};
     apply_all(boundary.motions, b, Vec3::Zero(), s, dt, scratch, place);
     motion.velocity = (place.position - motion.position) / dt;
-    motion.spin = place.turned / dt;
+    motion.angular_velocity = place.turned / dt;
     motion.position = place.position;
     s.orientation[body] = place.orientation;
     return;
@@ -383,10 +386,11 @@ void advance_boundary(const Model& model, State& s, std::size_t b, BoundaryMotio
   const Vec3 position = frame.position + axes * place.position;
   motion.velocity = (position - motion.position) / dt;
   const Quat orientation = (Quat(axes) * place.orientation).normalized();
-  motion.spin = spin_of(frame.spin, axes, place.turned, s.orientation[body].toRotationMatrix(),
-                        orientation.toRotationMatrix(), dt);
+  motion.angular_velocity = mean_angular_velocity(frame.angular_velocity, axes, place.turned,
+                                                  s.orientation[body].toRotationMatrix(),
+                                                  orientation.toRotationMatrix(), dt);
   motion.position = position;
-  if (!motion.spin.isZero(0)) s.orientation[body] = orientation;
+  if (!motion.angular_velocity.isZero(0)) s.orientation[body] = orientation;
 }
 
 }  // namespace
@@ -467,7 +471,8 @@ void start_frame(const Model& model, const FrameStart& start, State& s) {
     std::ranges::copy(start.coordinates, motion.coordinate);
     std::ranges::copy(start.rates, motion.rate);
     if (frame.free->free_rotation)
-      Eigen::Map<Vec3>(motion.rate + frame.free->joints.size()) = axes.transpose() * start.spin;
+      Eigen::Map<Vec3>(motion.rate + frame.free->joints.size()) =
+          axes.transpose() * start.relative_angular_velocity;
     place.position =
         position_of(*frame.free, frame.origin - origin_of(model, frame.parent), motion);
     if (!frame.free->free_rotation) place.orientation = Quat::Identity();

@@ -59,13 +59,13 @@ void check_finite(const Model& model, const State& s) {
   double sum = 0;
   for (std::size_t i = 0; i < model.particles.size(); ++i) {
     if (s.presence[i] == Presence::present) {
-      sum += s.motion[i].velocity.squaredNorm() + s.motion[i].spin.squaredNorm();
+      sum += s.motion[i].velocity.squaredNorm() + s.motion[i].angular_velocity.squaredNorm();
     }
   }
   if (std::isfinite(sum)) return;
   for (std::size_t i = 0; i < model.particles.size(); ++i) {
     const BodyMotion& m = s.motion[i];
-    if (!m.position.allFinite() || !m.velocity.allFinite() || !m.spin.allFinite()) {
+    if (!m.position.allFinite() || !m.velocity.allFinite() || !m.angular_velocity.allFinite()) {
       throw RunError(fmt::format("non-finite motion of particle {} at {:.6g} s", i, s.time));
     }
   }

@@ -126,7 +126,7 @@ Tiled tiled(const Tile& t, const Solver& from, int along, int across) {
     bed.position.push_back(p.position[cube] + corner(k / kCubes));
     bed.orientation.push_back(from.shape_orientation(cube));
     bed.velocity.push_back(p.velocity[cube]);
-    bed.spin.push_back(p.angular_velocity[cube]);
+    bed.angular_velocity.push_back(p.angular_velocity[cube]);
   }
   scenes::add_particles(model, 0, static_cast<int>(order.size()));
   if (t.stirrer) {
@@ -143,7 +143,7 @@ Solver start(const Tiled& bed, int threads) {
   Solver solver(std::move(model));
   for (std::size_t i = 0; i < bed.position.size(); ++i) {
     solver.insert(static_cast<int>(i), bed.position[i], bed.orientation[i], bed.velocity[i],
-                  bed.spin[i]);
+                  bed.angular_velocity[i]);
   }
   return solver;
 }

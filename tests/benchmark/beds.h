@@ -28,7 +28,7 @@ struct Tiled {
   std::vector<int> doors;  // boundaries
   std::vector<Vec3> position;
   std::vector<Quat> orientation;  // shape axes -> world
-  std::vector<Vec3> velocity, spin;
+  std::vector<Vec3> velocity, angular_velocity;
 };
 Tiled tiled(const Tile& tile, const Solver& from, int along, int across);
 Solver start(const Tiled& bed, int threads);

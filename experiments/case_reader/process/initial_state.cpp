@@ -213,8 +213,9 @@ void fill_in_frames(const TomlTable& t, const Model& model, const Earlier& earli
                                      dimension::angular_velocity));
     }
     if (frame.free && frame.free->free_rotation) {
-      const std::vector<double> spin = values("angular_velocity");
-      one.insert("spin", vector_text(Vec3(spin.data()), dimension::angular_velocity));
+      const std::vector<double> w = values("angular_velocity");
+      one.insert("relative_angular_velocity",
+                 vector_text(Vec3(w.data()), dimension::angular_velocity));
     }
     frames.push_back(std::move(one));
   }
@@ -275,7 +276,8 @@ std::vector<double> axis_values(const TomlTable& t, std::string_view key,
 
 void read_frame_starts(const TomlTable& t, Case& c) {
   for (const TomlTable& one : t.tables("motion_frames")) {
-    one.allow({"name", "position", "orientation", "coordinates", "rates", "spin"});
+    one.allow(
+        {"name", "position", "orientation", "coordinates", "rates", "relative_angular_velocity"});
     FrameStart start;
     start.frame = frame_index(one, "name", c.model.frames);
     start.position = one.vector("position", dimension::length);
@@ -287,7 +289,9 @@ void read_frame_starts(const TomlTable& t, Case& c) {
           axis_values(one, "coordinates", free->joints, dimension::length, dimension::angle);
       start.rates =
           axis_values(one, "rates", free->joints, dimension::velocity, dimension::angular_velocity);
-      if (free->free_rotation) start.spin = one.vector("spin", dimension::angular_velocity);
+      if (free->free_rotation)
+        start.relative_angular_velocity =
+            one.vector("relative_angular_velocity", dimension::angular_velocity);
     }
     c.frame_starts.push_back(start);
   }

@@ -42,7 +42,8 @@ struct FrameStart {
   Vec3 position = Vec3::Zero();  // m, of its origin
   Quat orientation = Quat::Identity();
   std::vector<double> coordinates, rates;  // [joints of a free frame] m or rad, m/s or rad/s
-  Vec3 spin = Vec3::Zero();  // rad/s, world, relative to the parent, of a frame with free rotation
+  // rad/s, world, relative to the parent, of a frame with free rotation.
+  Vec3 relative_angular_velocity = Vec3::Zero();
 };
 
 // A motion frame, at the end of a step.
@@ -53,7 +54,7 @@ struct FrameState {
   Vec3 angular_velocity = Vec3::Zero();  // rad/s
   bool driven = false;                   // a motor acted in the last step
   // rad/s, world, relative to the parent, of a frame with free rotation.
-  Vec3 free_spin = Vec3::Zero();
+  Vec3 relative_angular_velocity = Vec3::Zero();
   // N s, N m s, of contacts, about the moving origin, since the last clear_boundary_loads().
   Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();
   struct JointState {

@@ -48,8 +48,10 @@ struct Bond {
 
 // Pose and velocity of a body, world axes; body axes are the principal ones.
 struct BodyInMotion {
-  Vec3 position = Vec3::Zero(), velocity = Vec3::Zero(), spin = Vec3::Zero();  // m, m/s, rad/s
-  Quat orientation = Quat::Identity();                                         // body axes -> world
+  Vec3 position = Vec3::Zero();          // m, center of mass
+  Vec3 velocity = Vec3::Zero();          // m/s, of the center of mass
+  Vec3 angular_velocity = Vec3::Zero();  // rad/s
+  Quat orientation = Quat::Identity();   // body axes -> world
 };
 
 // A bond between two bodies that is free of stress in their current poses. The beam has its center

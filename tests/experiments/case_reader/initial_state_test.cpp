@@ -228,6 +228,24 @@ TEST_F(StartTest, ResolvedCaseNeedsTheFileNoMore) {
                InputError);
 }
 
+// A resolved case of an earlier version, as its results file has it.
+TEST_F(StartTest, ReadsTheFirstNameOfTheAngularVelocityOfAFrame) {
+  run_whole();
+  const Case c = read(kMiddle);
+  ASSERT_EQ(c.frame_starts.size(), 3u);
+  EXPECT_LT(c.frame_starts[2].relative_angular_velocity.y(), -0.1);
+  const std::string name = "relative_angular_velocity";
+  std::string first = c.resolved;
+  ASSERT_NE(first.find(name), std::string::npos);
+  first.replace(first.find(name), name.size(), "spin");
+  ASSERT_EQ(first.find(name), std::string::npos);
+  const Case again = read_case_text(first, "again.toml", "/", {}, {}, OldNames::accept);
+  EXPECT_EQ(again.resolved, c.resolved);
+  EXPECT_EQ(case_hash(again), case_hash(c));
+  EXPECT_EQ(again.frame_starts.at(2).relative_angular_velocity,
+            c.frame_starts[2].relative_angular_velocity);
+}
+
 TEST_F(StartTest, RefusesWhatDoesNotFit) {
   run_whole();
   const std::string file = path("whole.h5");

@@ -12,11 +12,11 @@
 namespace firn {
 namespace {
 
-// A rectangle that slides at `u`, `v` (m/s) along its first and second edge and turns at `spin`
-// (rad/s).
+// A rectangle that slides at `u`, `v` (m/s) along its first and second edge and turns at
+// `angular_velocity` (rad/s).
 struct Sliding {
   double a, b;  // m, edges
-  double u, v, spin;
+  double u, v, angular_velocity;
 };
 // Force, and torsion over the mean distance, of a rectangle that bears 1 N at a friction of 1.
 struct Load {
@@ -41,7 +41,7 @@ Load coulomb(const Sliding& s) {
   for (int i = 0; i < kCells; ++i)
     for (int k = 0; k < kCells; ++k) {
       const double x = s.a * ((i + 0.5) / kCells - 0.5), y = s.b * ((k + 0.5) / kCells - 0.5);
-      const double slip_u = s.u - s.spin * y, slip_v = s.v + s.spin * x;
+      const double slip_u = s.u - s.angular_velocity * y, slip_v = s.v + s.angular_velocity * x;
       const double size = std::hypot(slip_u, slip_v) * kCells * kCells;
       if (!(size > 0)) continue;
       sum.u -= slip_u / size;
@@ -64,7 +64,8 @@ Load by_law(const Sliding& s, const Vec3& normal, double axis) {
                               static_cast<float>(e * std::cos(2 * axis)),
                               static_cast<float>(e * std::sin(2 * axis))};
   constexpr double dt = 1e-5;
-  const PatchMotion motion{0, {}, plain(s.u * long_axis + s.v * short_axis), s.spin * dt};
+  const PatchMotion motion{
+      0, {}, plain(s.u * long_axis + s.v * short_axis), s.angular_velocity * dt};
   FrictionState state{{0, 0, 0}, 0, 0};
   for (int step = 0; step < 3000; ++step)
     state = advance_friction(law, state, 1, region, motion, dt).state;
@@ -88,7 +89,7 @@ class Slidings {
     const double angle = between(0, 2 * M_PI), part = between(0, M_PI);
     s.u = std::sin(part) * std::cos(angle);
     s.v = std::sin(part) * std::sin(angle);
-    s.spin = std::cos(part) / radius_of(s);
+    s.angular_velocity = std::cos(part) / radius_of(s);
     return s;
   }
 
@@ -127,7 +128,7 @@ TEST(FrictionLimit, DoesNotDependOnTheDirectionsOfSpace) {
     EXPECT_LT(distance(by_law(s, draw.direction(), draw.between(0, M_PI)), along_z), 1e-6);
     EXPECT_LT(distance(by_law(s, -Vec3::UnitZ(), draw.between(0, M_PI)), along_z), 1e-6);
     // Mirrored: so is the load.
-    const Sliding mirrored{s.a, s.b, s.u, -s.v, -s.spin};
+    const Sliding mirrored{s.a, s.b, s.u, -s.v, -s.angular_velocity};
     const Load image = by_law(mirrored, Vec3::UnitZ(), 0);
     EXPECT_LT(distance({image.u, -image.v, -image.torsion}, along_z), 1e-9);
   }
@@ -139,7 +140,7 @@ TEST(FrictionLimit, HoldsForceAloneAndTorsionAlone) {
   for (int k = 0; k < 20; ++k) {
     Sliding s = draw.any(draw.between(1, 10));
     const double speed = std::hypot(s.u, s.v);
-    s.spin = 0;
+    s.angular_velocity = 0;
     const Load slides = by_law(s, draw.direction(), draw.between(0, M_PI));
     EXPECT_NEAR(slides.u, -s.u / speed, 1e-6);
     EXPECT_NEAR(slides.v, -s.v / speed, 1e-6);

@@ -98,13 +98,14 @@ TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
     };
     kick_once(before.load[i]);
     rotate_free(body.inverse_inertia, model.timestep, q, momentum);
-    const Vec3 spin = q.toRotationMatrix() * momentum.cwiseProduct(body.inverse_inertia);
-    const double turned = spin.norm() * model.timestep;
+    const Vec3 angular_velocity =
+        q.toRotationMatrix() * momentum.cwiseProduct(body.inverse_inertia);
+    const double turned = angular_velocity.norm() * model.timestep;
     EXPECT_EQ(drifted.motion[i].velocity, velocity);
     EXPECT_EQ(drifted.motion[i].position, before.motion[i].position + model.timestep * velocity);
     EXPECT_EQ(drifted.orientation[i].coeffs(), q.coeffs());
     EXPECT_EQ(drifted.angular_momentum[i], momentum);
-    EXPECT_EQ(drifted.motion[i].spin, spin);
+    EXPECT_EQ(drifted.motion[i].angular_velocity, angular_velocity);
     EXPECT_EQ(drifted.turn[i], turned);
     EXPECT_EQ(drifted.path[i],
               velocity.norm() * model.timestep + turned * w.reach[model.particles[i].shape]);
@@ -115,7 +116,8 @@ TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
     kick_once(s.load[i]);
     EXPECT_EQ(s.motion[i].velocity, velocity);
     EXPECT_EQ(s.angular_momentum[i], momentum);
-    EXPECT_EQ(s.motion[i].spin, q.toRotationMatrix() * momentum.cwiseProduct(body.inverse_inertia));
+    EXPECT_EQ(s.motion[i].angular_velocity,
+              q.toRotationMatrix() * momentum.cwiseProduct(body.inverse_inertia));
   }
   // Both kicks in one pass.
   integrate_positions(model, w, s, false);
@@ -124,7 +126,7 @@ TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
     SCOPED_TRACE(i);
     EXPECT_EQ(at_once.motion[i].position, s.motion[i].position);
     EXPECT_EQ(at_once.motion[i].velocity, s.motion[i].velocity);
-    EXPECT_EQ(at_once.motion[i].spin, s.motion[i].spin);
+    EXPECT_EQ(at_once.motion[i].angular_velocity, s.motion[i].angular_velocity);
     EXPECT_EQ(at_once.orientation[i].coeffs(), s.orientation[i].coeffs());
     EXPECT_EQ(at_once.angular_momentum[i], s.angular_momentum[i]);
     EXPECT_EQ(at_once.path[i], s.path[i]);
@@ -250,9 +252,9 @@ TEST(Lanes, AdvanceEachPatchAsOnItsOwn) {
     for (int k = 0; k < count; ++k) {
       Contact& c = plain_ones[k];
       const Vec n = plain(c.patch.normal), arm = plain(c.patch.arm);
-      const Vec spin = plain(c.motion.spin);
-      const PatchMotion motion =
-          patch_motion(n, plain(c.motion.velocity) + cross(spin, arm), spin, dt);
+      const Vec angular_velocity = plain(c.motion.angular_velocity);
+      const PatchMotion motion = patch_motion(
+          n, plain(c.motion.velocity) + cross(angular_velocity, arm), angular_velocity, dt);
       const NormalLoad pressed = advance_points(c.law, c.patch, c.points.data(), motion);
       const FrictionStep rubbed = advance_friction(
           {c.law.tangential_stiffness, c.law.static_friction, c.law.dynamic_friction,

@@ -30,7 +30,7 @@ Mat3 random_inertia(Random& random, double mass) {
 // Frames, of which the last one is free, and what it starts with.
 struct Case {
   std::vector<MotionFrame> frames;
-  Vec3 spin = Vec3::Zero();  // rad/s, of one that turns freely
+  Vec3 angular_velocity = Vec3::Zero();  // rad/s, of one that turns freely
   std::vector<double> rates;
   std::string name;
 };
@@ -46,7 +46,7 @@ Solver start(const Case& in, double timestep) {
   go.position = in.frames.back().origin;
   go.coordinates.assign(in.rates.size(), 0);
   go.rates = in.rates;
-  go.spin = in.spin;
+  go.relative_angular_velocity = in.angular_velocity;
   solver.start_frame(go);
   return solver;
 }
@@ -102,15 +102,17 @@ TEST(FreeBodyOrder, FreeTopKeepsMomentumAndEnergy) {
     Case in;
     in.name = "top " + std::to_string(member);
     in.frames = {free_frame(random, 0, true, {})};
-    in.spin = 20 * random_direction(random);
+    in.angular_velocity = 20 * random_direction(random);
     expect_second_order(in, 1, 2000);
     Solver solver = start(in, 5e-4);
     const FreeBody& body = *in.frames[0].free;
     const auto momentum = [&] {
       const FrameState f = solver.frames()[0];
-      return Vec3(inertia_now(body, f.orientation) * f.free_spin);
+      return Vec3(inertia_now(body, f.orientation) * f.relative_angular_velocity);
     };
-    const auto energy = [&] { return 0.5 * momentum().dot(solver.frames()[0].free_spin); };
+    const auto energy = [&] {
+      return 0.5 * momentum().dot(solver.frames()[0].relative_angular_velocity);
+    };
     const Vec3 l = momentum();
     const double e = energy();
     double worst_l = 0, worst_e = 0, late_e = 0;
@@ -132,16 +134,17 @@ TEST(FreeBodyOrder, HeavyTop) {
     Case in;
     in.name = "heavy top " + std::to_string(member);
     in.frames = {free_frame(random, random.uniform(0.01, 0.05), true, {})};
-    in.spin = random.uniform(5, 40) * random_direction(random);
+    in.angular_velocity = random.uniform(5, 40) * random_direction(random);
     expect_second_order(in, 0.5, 1000);
     Solver solver = start(in, 5e-4);
     const FreeBody& body = *in.frames[0].free;
     const auto energy = [&] {
       const FrameState f = solver.frames()[0];
       const Vec3 arm = f.orientation * (body.center - in.frames[0].origin);
-      const Vec3 v = f.free_spin.cross(arm);
+      const Vec3 v = f.relative_angular_velocity.cross(arm);
       return 0.5 * body.mass * v.squaredNorm() +
-             0.5 * f.free_spin.dot(inertia_now(body, f.orientation) * f.free_spin) +
+             0.5 * f.relative_angular_velocity.dot(inertia_now(body, f.orientation) *
+                                                   f.relative_angular_velocity) +
              body.mass * scenes::kGravity * arm.z();
     };
     const double first = energy();
@@ -165,7 +168,7 @@ TEST(FreeBodyOrder, LooseBodyKeepsMomenta) {
                              axis(Joint::Kind::translation, Vec3::UnitY()),
                              axis(Joint::Kind::translation, Vec3::UnitZ())})};
     in.rates = {random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
-    in.spin = 15 * random_direction(random);
+    in.angular_velocity = 15 * random_direction(random);
     expect_second_order(in, 0.5, 1000);
     Model model = start(in, 2e-4).model();
     model.gravity.setZero();
@@ -173,15 +176,16 @@ TEST(FreeBodyOrder, LooseBodyKeepsMomenta) {
     FrameStart go;
     go.coordinates = {0, 0, 0};
     go.rates = in.rates;
-    go.spin = in.spin;
+    go.relative_angular_velocity = in.angular_velocity;
     solver.start_frame(go);
     const FreeBody& body = *in.frames[0].free;
     const auto momenta = [&](Vec3& p, Vec3& l) {
       const FrameState f = solver.frames()[0];
       const Vec3 arm = f.orientation * (body.center - in.frames[0].origin);
       const Vec3 origin(f.joints[0].rate, f.joints[1].rate, f.joints[2].rate);
-      p = body.mass * (origin + f.free_spin.cross(arm));
-      l = (f.position + arm).cross(p) + inertia_now(body, f.orientation) * f.free_spin;
+      p = body.mass * (origin + f.relative_angular_velocity.cross(arm));
+      l = (f.position + arm).cross(p) +
+          inertia_now(body, f.orientation) * f.relative_angular_velocity;
     };
     Vec3 p0, l0, p, l;
     momenta(p0, l0);
@@ -267,7 +271,7 @@ TEST(FreeBodyOrder, AnyBodyOnAnyCarrier) {
     }
     in.frames.push_back(free_frame(random, random.uniform(0.01, 0.05), turning == 2, axes));
     in.frames.back().parent = carriers - 1;
-    if (turning == 2) in.spin = random.uniform(2, 10) * random_direction(random);
+    if (turning == 2) in.angular_velocity = random.uniform(2, 10) * random_direction(random);
     expect_second_order(in, 0.4, 800);
   }
 }

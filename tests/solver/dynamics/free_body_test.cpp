@@ -173,12 +173,12 @@ TEST(FreeBody, TorqueFreeBodyKeepsItsMomentumAndEnergy) {
   const Vec3 inertia(1e-3, 2e-3, 3e-3);
   MotionFrame carrier;
   carrier.name = "carrier";
-  Motion spin;
-  spin.kind = Motion::Kind::rotation;
-  spin.axis = Vec3(0.1, 1, 0.1).normalized();
-  spin.angular_speed = 10;
-  spin.stop = 1e-5;
-  carrier.motions = {spin};
+  Motion rotation;
+  rotation.kind = Motion::Kind::rotation;
+  rotation.axis = Vec3(0.1, 1, 0.1).normalized();
+  rotation.angular_speed = 10;
+  rotation.stop = 1e-5;
+  carrier.motions = {rotation};
   MotionFrame body = free_frame(1, Vec3::Zero(), inertia.asDiagonal(), {});
   body.parent = 0;
   body.free->free_rotation = true;
@@ -238,12 +238,12 @@ TEST(FreeBody, PendulumFeelsItsPivotBeingMoved) {
 
 TEST(FreeBody, PendulumOnATurntableSwingsAboutTheOutwardDirection) {
   // Hinge along z at radius R of a table that turns with W: I q'' = -m l R W^2 sin q.
-  constexpr double kRadius = 0.5, kSpin = 6;
+  constexpr double kRadius = 0.5, kAngularSpeed = 6;
   MotionFrame table;
   table.name = "table";
   Motion turn;
   turn.kind = Motion::Kind::rotation;
-  turn.angular_speed = kSpin;
+  turn.angular_speed = kAngularSpeed;
   table.motions = {turn};
   MotionFrame hung = free_frame(kMass, {kRadius + kArm * std::cos(0.1), kArm * std::sin(0.1), 0},
                                 Mat3(Vec3(2e-3, 1e-3, kOwn).asDiagonal()), {hinge(Vec3::UnitZ())});
@@ -255,12 +255,13 @@ TEST(FreeBody, PendulumOnATurntableSwingsAboutTheOutwardDirection) {
   Solver solver(model);
   solver.step();
   const double kicked = rate(solver);
-  EXPECT_LT(kicked, -kSpin);  // the bob wants to stay where it is
+  EXPECT_LT(kicked, -kAngularSpeed);  // the bob wants to stay where it is
   double greatest = 0;
   // Its energy in the turning frame is conserved: (1/2) I q'^2 - m l R W^2 cos q.
   const auto energy = [&] {
     const double q = 0.1 + coordinate(solver), w = rate(solver);
-    return 0.5 * kAboutHinge * w * w - kMass * kArm * kRadius * kSpin * kSpin * std::cos(q);
+    return 0.5 * kAboutHinge * w * w -
+           kMass * kArm * kRadius * kAngularSpeed * kAngularSpeed * std::cos(q);
   };
   const double start = energy();
   for (int i = 0; i < 10000; ++i) {
@@ -368,11 +369,11 @@ TEST(MotionFrames, CarryEachOther) {
 }
 
 TEST(MotionFrames, BoundaryMovesOnTopOfItsFrame) {
-  Motion go, spin;
+  Motion go, rotation;
   go.velocity = {0, 0.2, 0};
-  spin.kind = Motion::Kind::rotation;
-  spin.angular_speed = 3;
-  spin.center = {0.5, 0, 0};
+  rotation.kind = Motion::Kind::rotation;
+  rotation.angular_speed = 3;
+  rotation.center = {0.5, 0, 0};
   MotionFrame frame;
   frame.name = "lift";
   frame.origin = {7, 8, 9};  // where it is drawn does not matter
@@ -380,14 +381,14 @@ TEST(MotionFrames, BoundaryMovesOnTopOfItsFrame) {
   Model model = scene(frame);
   scenes::add_panel(model, "panel", {0.6, -0.1, -0.1}, {0.9, 0.1, 0.1});
   model.boundaries[0].frame = 0;
-  model.boundaries[0].motions = {spin};
-  const Vec3 arm = model.boundaries[0].origin - spin.center;
+  model.boundaries[0].motions = {rotation};
+  const Vec3 arm = model.boundaries[0].origin - rotation.center;
   Solver solver(model);
   scenes::run(solver, 0.4);
   // The center that it turns about goes along with the frame.
   const Quat turned(Eigen::AngleAxisd(3 * 0.4, Vec3::UnitZ()));
   const BoundaryState panel = solver.boundaries()[0];
-  EXPECT_LT((panel.position - (spin.center + Vec3(0, 0.08, 0) + turned * arm)).norm(), 1e-10);
+  EXPECT_LT((panel.position - (rotation.center + Vec3(0, 0.08, 0) + turned * arm)).norm(), 1e-10);
   EXPECT_LT(panel.orientation.angularDistance(turned), 1e-9);
   EXPECT_LT((panel.velocity - Vec3(0, 0.2, 0) - Vec3(0, 0, 3).cross(turned * arm)).norm(), 1e-3);
   EXPECT_LT((panel.angular_velocity - Vec3(0, 0, 3)).norm(), 1e-9);

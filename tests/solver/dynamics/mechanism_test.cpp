@@ -167,17 +167,19 @@ TEST(Mechanism, TheMotorOfASliderCrankGivesTheWorkThatItsPartsReceive) {
     for (std::size_t f = 0; f < frames.size(); ++f) {
       const FreeBody& body = *machine.model.frames[f].free;
       const Vec3 arm = frames[f].orientation * (body.center - machine.model.frames[f].origin);
-      Vec3 spin = Vec3::Zero();
+      Vec3 angular_velocity = Vec3::Zero();
       double turn = 0;  // about -y
       if (f == 0) turn = rate(solver, machine.crank);
       if (f == 1) turn = rate(solver, machine.crank) + rate(solver, machine.rod);
-      spin = -turn * Vec3::UnitY();
+      angular_velocity = -turn * Vec3::UnitY();
       Vec3 velocity = Vec3::Zero();
-      const Vec3 crank_spin = -rate(solver, machine.crank) * Vec3::UnitY();
-      if (f == 0) velocity = spin.cross(arm);
-      if (f == 1) velocity = crank_spin.cross(frames[1].position) + spin.cross(arm);
+      const Vec3 crank_angular_velocity = -rate(solver, machine.crank) * Vec3::UnitY();
+      if (f == 0) velocity = angular_velocity.cross(arm);
+      if (f == 1)
+        velocity = crank_angular_velocity.cross(frames[1].position) + angular_velocity.cross(arm);
       if (f == 2) velocity = Vec3(rate(solver, machine.piston), 0, 0);
-      sum += 0.5 * body.mass * velocity.squaredNorm() + 0.5 * spin.dot(body.inertia * spin) +
+      sum += 0.5 * body.mass * velocity.squaredNorm() +
+             0.5 * angular_velocity.dot(body.inertia * angular_velocity) +
              body.mass * kG * (frames[f].position + arm).z();
     }
     return sum;

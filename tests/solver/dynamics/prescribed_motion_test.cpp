@@ -179,7 +179,7 @@ TEST(MotionLists, ComposeToClosedFormPoses) {
   }
 }
 
-// A step's velocity and spin are those of the pose in its middle, to second order.
+// A step's velocity and angular velocity are those of the pose in its middle, to second order.
 TEST(MotionLists, VelocitiesAreThoseOfThePose) {
   Random random(32);
   for (int member = 0; member < 60; ++member) {
@@ -198,9 +198,9 @@ TEST(MotionLists, VelocitiesAreThoseOfThePose) {
         const Vec3 origin = in.model.boundaries[static_cast<std::size_t>(which)].origin;
         const Vec3 velocity = (b * origin - a * origin) / (2 * h);
         const Eigen::AngleAxisd turn(Mat3(b.linear() * a.linear().transpose()));
-        const Vec3 spin = turn.angle() * turn.axis() / (2 * h);
-        worst = std::max(
-            {worst, (now.velocity - velocity).norm(), (now.angular_velocity - spin).norm()});
+        const Vec3 angular_velocity = turn.angle() * turn.axis() / (2 * h);
+        worst = std::max({worst, (now.velocity - velocity).norm(),
+                          (now.angular_velocity - angular_velocity).norm()});
       }
       return worst;
     };

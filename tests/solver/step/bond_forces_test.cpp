@@ -60,8 +60,8 @@ Model straight_pair(const BeamLaw& law) {
 
 void put(Solver& solver, int particle, const Vec3& position,
          const Quat& orientation = Quat::Identity(), const Vec3& velocity = Vec3::Zero(),
-         const Vec3& spin = Vec3::Zero()) {
-  solver.insert(particle, position, orientation, velocity, spin);
+         const Vec3& angular_velocity = Vec3::Zero()) {
+  solver.insert(particle, position, orientation, velocity, angular_velocity);
 }
 
 struct Momenta {
@@ -251,12 +251,13 @@ TEST(Bond, DampedRowConvergesToSecondOrder) {
   for (const double ratio : {0.0, 0.1, 1.0, 2.0}) {
     Model model = row(6, bridge(1e12, ratio, 1e8));
     const double quarter = advise_timestep(model, 1).timestep;
-    const Vec3 spin = 0.02 / quarter * Vec3(0.3, 0.5, 0.8), center = 2.5 * place(1);
+    const Vec3 angular_velocity = 0.02 / quarter * Vec3(0.3, 0.5, 0.8), center = 2.5 * place(1);
     const auto end_of = [&](int steps) {
       model.timestep = 12 * quarter / steps;
       Solver solver(model);
       for (int i = 0; i < 6; ++i)
-        put(solver, i, place(i), Quat::Identity(), spin.cross(place(i) - center), spin);
+        put(solver, i, place(i), Quat::Identity(), angular_velocity.cross(place(i) - center),
+            angular_velocity);
       for (int k = 0; k < steps; ++k) solver.step();
       Vec6 length;
       for (int i = 0; i < 5; ++i) length[i] = solver.bond(i).forces.force.norm();

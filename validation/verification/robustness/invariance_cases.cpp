@@ -75,14 +75,14 @@ Places fall(const Setup& t, double duration) {
   for (int i = 0; i < t.bodies; ++i) {
     const Mat3 turn = t.axes * random.orientation().toRotationMatrix() * flip;
     const Vec3 at(random.uniform(-0.02, 0.02), random.uniform(-0.02, 0.02), 0.04 + 0.066 * i);
-    const Vec3 spin(3, -2, 1 + i), speed(0.1, 0.2, -0.5);
+    const Vec3 angular_velocity(3, -2, 1 + i), speed(0.1, 0.2, -0.5);
     const auto mine =
         t.order.empty()
             ? i
             : static_cast<int>(std::find(t.order.begin(), t.order.end(), i) - t.order.begin());
     solver.insert(mine, t.axes * (t.length * at) + t.length * t.origin, Quat(turn),
                   t.length / t.time * (t.axes * (speed - t.boost)),
-                  t.axes.determinant() / t.time * (t.axes * spin));
+                  t.axes.determinant() / t.time * (t.axes * angular_velocity));
   }
   scenes::run(solver, duration * t.time);
   Places out;

@@ -220,7 +220,7 @@ std::vector<Check> tilt() {
 // --- Impacts. ------------------------------------------------------------------------------------
 
 struct Flight {
-  Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();  // m/s, rad/s
+  Vec3 velocity = Vec3::Zero(), angular_velocity = Vec3::Zero();  // m/s, rad/s
 };
 
 // The body falls at 1 m/s from just above the floor.
@@ -242,25 +242,26 @@ std::vector<Check> bar_spin() {
   const Quat turn = about(Vec3::UnitY(), 0.5) * about(Vec3::UnitX(), 45);
   Random random(31);
   const Boundary plane = sheet({.kind = ThinWall::Kind::plane});
-  const auto spin = [&](const Shape& bar, const Boundary& floor, const Vec3& place) {
-    return impact(bar, floor, 0.5, place, turn, 20e-3).spin.norm();
+  const auto angular_speed = [&](const Shape& bar, const Boundary& floor, const Vec3& place) {
+    return impact(bar, floor, 0.5, place, turn, 20e-3).angular_velocity.norm();
   };
   const Shape whole = cut_box(size, 1, random, kRounding, kStiffness);
-  const double wanted = spin(whole, plane, Vec3::Zero());
+  const double wanted = angular_speed(whole, plane, Vec3::Zero());
   std::vector<Check> checks;
   for (const int pieces : {2, 3, 4, 6, 8, 12}) {
     LargestError worst(fmt::format("bar of {} pieces: spin over that of the whole bar", pieces),
                        0.02);
     for (int i = 0; i < 10; ++i)
-      worst.add(spin(cut_box(size, pieces, random, kRounding, kStiffness), plane, Vec3::Zero()),
-                wanted, fmt::format("cut {}", i));
+      worst.add(
+          angular_speed(cut_box(size, pieces, random, kRounding, kStiffness), plane, Vec3::Zero()),
+          wanted, fmt::format("cut {}", i));
     checks.push_back(worst.check());
   }
   for (const Floor& f : floors(0.12, {40e-3, 10e-3, 5e-3}, 11)) {
     LargestError worst(fmt::format("bar on: {}: spin over that on the plane", f.name), 0.02);
     for (int i = 0; i < 20; ++i) {
       const Vec3 place(random.uniform(-0.02, 0.02), random.uniform(-0.02, 0.02), 0);
-      worst.add(spin(whole, f.boundary, place), wanted,
+      worst.add(angular_speed(whole, f.boundary, place), wanted,
                 fmt::format("at {:.4g}, {:.4g} m", place.x(), place.y()));
     }
     checks.push_back(worst.check());
@@ -293,7 +294,7 @@ std::vector<Check> impacts(int count) {
   std::vector<Check> checks;
   for (const Body& body : bodies) {
     for (const double restitution : {0.3, 0.5}) {
-      std::vector<Largest> rebound(all.size()), spin(all.size());
+      std::vector<Largest> rebound(all.size()), angular_velocity(all.size());
       Random random(97);
       for (int i = 0; i < count; ++i) {
         const Vec3 place(random.uniform(-0.02, 0.02), random.uniform(-0.02, 0.02), 0);
@@ -302,7 +303,9 @@ std::vector<Check> impacts(int count) {
         for (std::size_t k = 0; k < all.size(); ++k) {
           const Flight got = impact(body.shape, all[k].boundary, restitution, place, turn, 10e-3);
           rebound[k].add((got.velocity - wanted.velocity).norm(), i);
-          spin[k].add((got.spin - wanted.spin).norm() * body.shape.bounding_radius, i);
+          angular_velocity[k].add(
+              (got.angular_velocity - wanted.angular_velocity).norm() * body.shape.bounding_radius,
+              i);
         }
       }
       for (std::size_t k = 0; k < all.size(); ++k) {
@@ -316,7 +319,7 @@ std::vector<Check> impacts(int count) {
                .unit = "m/s"});
         };
         add("velocity off that on the plane,", rebound[k]);
-        add("spin times radius off that on the plane,", spin[k]);
+        add("spin times radius off that on the plane,", angular_velocity[k]);
       }
     }
   }
@@ -375,7 +378,7 @@ std::vector<Check> open_floor_impacts(int count) {
   std::vector<Check> checks;
   for (const Body& body : bodies) {
     for (const OpenFloorFamily& family : kOpenFloors) {
-      Largest rebound, spin;
+      Largest rebound, angular_velocity;
       for (int i = 0; i < count; ++i) {
         Random random(5200 + i);
         const OpenFloor floor(family.outline, 0.4, 8 + i % 17, 90 + i);
@@ -393,7 +396,9 @@ std::vector<Check> open_floor_impacts(int count) {
               fmt::format("{} on: {}, member {}: {}", body.name, family.name, i, error.what()));
         }
         rebound.add((got.velocity - wanted.velocity).norm(), i);
-        spin.add((got.spin - wanted.spin).norm() * body.shape.bounding_radius, i);
+        angular_velocity.add(
+            (got.angular_velocity - wanted.angular_velocity).norm() * body.shape.bounding_radius,
+            i);
       }
       const auto add = [&](const char* what, const Largest& largest) {
         checks.push_back({.what = fmt::format("{} of {} {} on: {} (member {})", what, count,
@@ -404,7 +409,7 @@ std::vector<Check> open_floor_impacts(int count) {
                           .unit = "m/s"});
       };
       add("velocity off that on an uncut floor,", rebound);
-      add("spin times radius off that on an uncut floor,", spin);
+      add("spin times radius off that on an uncut floor,", angular_velocity);
     }
   }
   return checks;

@@ -77,7 +77,7 @@ Impact random_shot(scenes::Random& random, double speed, int number) {
   if (number == 0) return shot;  // flat, along the normal
   shot.angle = random.uniform(0, 45) * kDegToRad;
   shot.turn = random.orientation();
-  for (int k = 0; k < 3; ++k) shot.spin[k] = 20 * speed * random.uniform(-1, 1);
+  for (int k = 0; k < 3; ++k) shot.angular_velocity[k] = 20 * speed * random.uniform(-1, 1);
   return shot;
 }
 

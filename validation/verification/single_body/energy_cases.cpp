@@ -239,14 +239,14 @@ std::vector<Check> elastic_box() {
 double two_edge_impacts(double e) {
   constexpr double kArm = 0.5, kInertia = 1.0 / 6;
   const double effective = 1 / (1 + kArm * kArm / kInertia);
-  double down = 1, spin = 0;
+  double down = 1, omega = 0;
   const double first = effective * (1 + e) * down;
   down -= first;
-  spin += first * kArm / kInertia;
-  const double second = effective * (1 + e) * (down + kArm * spin);
+  omega += first * kArm / kInertia;
+  const double second = effective * (1 + e) * (down + kArm * omega);
   down -= second;
-  spin -= second * kArm / kInertia;
-  return down * down + kInertia * spin * spin;
+  omega -= second * kArm / kInertia;
+  return down * down + kInertia * omega * omega;
 }
 
 std::vector<Check> near_flat_impacts() {

@@ -189,16 +189,16 @@ std::vector<Check> spin_down() {
 }
 
 // Coulomb friction on a uniform rectangle that slides at `speed` (m/s) at an angle (rad) to its
-// first edge and turns at `spin` (rad/s): integrated over the face at every step. Returns the
+// first edge and turns at `omega` (rad/s): integrated over the face at every step. Returns the
 // displacement of its center (m) until both have stopped.
 Eigen::Vector2d integrated_way(double a, double b, double mu, double speed, double angle,
-                               double spin) {
+                               double omega) {
   constexpr int kCells = 40;
   constexpr double dt = 2e-5;
   const double inertia = (a * a + b * b) / 12;  // per mass
   Eigen::Vector2d v(speed, 0), way(0, 0);
   double turned = -angle;
-  for (double w = spin; v.norm() > 1e-3 || std::abs(w) * a > 1e-3;) {
+  for (double w = omega; v.norm() > 1e-3 || std::abs(w) * a > 1e-3;) {
     Eigen::Vector2d force(0, 0);
     double moment = 0;
     for (int i = 0; i < kCells; ++i) {
@@ -224,16 +224,16 @@ Eigen::Vector2d integrated_way(double a, double b, double mu, double speed, doub
 
 // Displacement (m) of the center of a plate of edges `a` and `b` (m) until it has come to rest,
 // flat on z = 0, so that friction at its foot does not shift the load. Speed in m/s at an angle
-// (rad) to its first edge, spin in rad/s.
+// (rad) to its first edge, angular velocity `omega` in rad/s.
 Eigen::Vector2d simulated_way(double a, double b, double mu, double speed, double angle,
-                              double spin) {
+                              double omega) {
   constexpr double stiffness = 1e6, rounding = 1e-5, mass = 0.1;
   const Shape plate = make_box({a, b, 1e-3}, scenes::ice_options(mass, stiffness, rounding));
   Model model = scenes::body_on_plane(plate, scenes::law(mu, 0.5));
   model.timestep = 2e-5;
   Solver solver(model);
   solver.insert(0, {0, 0, 0.5e-3 - mass * kGravity / stiffness},
-                about(Vec3::UnitZ(), -angle / kDegToRad), {speed, 0, 0}, {0, 0, spin});
+                about(Vec3::UnitZ(), -angle / kDegToRad), {speed, 0, 0}, {0, 0, omega});
   scenes::run(solver, 1.5);
   const Vec3& place = solver.particles().position[0];
   return place.head<2>();
@@ -244,11 +244,11 @@ std::vector<Check> slide_and_spin() {
   std::vector<Check> checks;
   for (const auto& [a, b] : {std::array{40e-3, 40e-3}, {60e-3, 30e-3}, {60e-3, 12e-3}}) {
     for (const double angle : {0.0, 45.0}) {
-      for (const double spin : {0.0, 10.0, 20.0, 60.0, 120.0}) {
+      for (const double omega : {0.0, 10.0, 20.0, 60.0, 120.0}) {
         checks.push_back({fmt::format("{:g} x {:g} mm at {:g} deg, {:g} rad/s: way", 1e3 * a,
-                                      1e3 * b, angle, spin),
-                          simulated_way(a, b, mu, speed, angle * kDegToRad, spin).norm(),
-                          integrated_way(a, b, mu, speed, angle * kDegToRad, spin).norm(), 0.02,
+                                      1e3 * b, angle, omega),
+                          simulated_way(a, b, mu, speed, angle * kDegToRad, omega).norm(),
+                          integrated_way(a, b, mu, speed, angle * kDegToRad, omega).norm(), 0.02,
                           Bound::relative, "m"});
       }
     }
@@ -266,9 +266,9 @@ std::vector<Check> many_slide_and_spin() {
   for (int i = 0; i < kPlates; ++i) {
     const double a = between(30e-3, 60e-3), b = a / std::exp(between(0, std::log(10)));
     const double mu = between(0.2, 0.5), speed = between(0.2, 0.6);
-    const double angle = between(0, 90) * kDegToRad, spin = between(0, 4) * speed / a;
-    const Eigen::Vector2d expected = integrated_way(a, b, mu, speed, angle, spin);
-    off.push_back((simulated_way(a, b, mu, speed, angle, spin) - expected).norm() /
+    const double angle = between(0, 90) * kDegToRad, omega = between(0, 4) * speed / a;
+    const Eigen::Vector2d expected = integrated_way(a, b, mu, speed, angle, omega);
+    off.push_back((simulated_way(a, b, mu, speed, angle, omega) - expected).norm() /
                   expected.norm());
   }
   std::sort(off.begin(), off.end());

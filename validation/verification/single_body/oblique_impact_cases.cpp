@@ -14,16 +14,16 @@ namespace {
 // A sphere of 1 kg and 0.05 m on a wall, without gravity.
 struct ObliqueScene {
   double friction = 0.3, degrees = 45, speed = 2;  // angle from the normal; m/s
-  double spin = 0;                                 // rad/s, before; positive adds to the slip
+  double angular_velocity = 0;                     // rad/s, before; positive adds to the slip
   double e = 0.5, ratio = 0.5;                     // restitution, K_t / K
   double stiffness = 1e8;                          // N/m; stiff, so that the lever arm is R
   double radius = 0.05;
   double gap = 1e-9;  // m, before
 };
 struct Oblique {
-  double normal = 0;      // m/s after
-  double tangential = 0;  // m/s after
-  double spin = 0;        // rad/s after; slip = tangential + R spin
+  double normal = 0;            // m/s after
+  double tangential = 0;        // m/s after
+  double angular_velocity = 0;  // rad/s after; slip = tangential + R angular_velocity
 };
 
 Oblique impact(const ObliqueScene& in) {
@@ -35,7 +35,8 @@ Oblique impact(const ObliqueScene& in) {
   Solver solver(model);
   const double angle = in.degrees * kDegToRad;
   solver.insert(0, {0, 0, in.radius + in.gap}, Quat::Identity(),
-                {in.speed * std::sin(angle), 0, -in.speed * std::cos(angle)}, {0, -in.spin, 0});
+                {in.speed * std::sin(angle), 0, -in.speed * std::cos(angle)},
+                {0, -in.angular_velocity, 0});
   scenes::run(solver, 14 * quarter_period(1, in.stiffness) / std::sqrt(in.e));
   const ParticleState& p = solver.particles();
   return {p.velocity[0].z(), p.velocity[0].x(), -p.angular_velocity[0].y()};
@@ -48,7 +49,7 @@ Oblique integrated(const ObliqueScene& in) {
   const double angle = in.degrees * kDegToRad, dt = quarter_period(1, k) * in.e / 16000;
   const double inertia = 0.4 * in.radius * in.radius;
   double s = 0, v = in.speed * std::cos(angle), deepest = 0;
-  double vt = in.speed * std::sin(angle), w = in.spin, spring = 0;
+  double vt = in.speed * std::sin(angle), w = in.angular_velocity, spring = 0;
   const auto normal = [&](double overlap) {
     const double loading = k * deepest;
     return overlap <= 0 ? 0 : std::max(lambda * k * overlap, loading - ku * (deepest - overlap));
@@ -106,8 +107,8 @@ std::vector<Check> published_table() {
       const std::string scene = fmt::format("mu = {}, {} deg: ", mu, angle);
       checks.push_back({scene + "tangential velocity", got.tangential, kTable[i][j][0], tolerance,
                         Bound::relative, "m/s"});
-      checks.push_back(
-          {scene + "spin", got.spin, kTable[i][j][1], tolerance, Bound::relative, "rad/s"});
+      checks.push_back({scene + "spin", got.angular_velocity, kTable[i][j][1], tolerance,
+                        Bound::relative, "rad/s"});
     }
   }
   return checks;
@@ -125,8 +126,8 @@ std::vector<Check> gross_slip() {
         const std::string scene = fmt::format("mu = {}, e = {}, {} deg: ", mu, e, degrees);
         checks.push_back({scene + "loss of tangential velocity", vt - got.tangential, change, 3e-3,
                           Bound::relative, "m/s"});
-        checks.push_back(
-            {scene + "spin", got.spin, -2.5 * change / 0.05, 3e-3, Bound::relative, "rad/s"});
+        checks.push_back({scene + "spin", got.angular_velocity, -2.5 * change / 0.05, 3e-3,
+                          Bound::relative, "rad/s"});
       }
     }
   }
@@ -139,20 +140,25 @@ std::vector<Check> second_method() {
     for (const double ratio : {0.3, 0.8, 1.0}) {
       for (const double e : {0.3, 0.7}) {
         // From one angle to the next the incoming spin changes sign.
-        double spin = 20;
+        double omega = 20;
         for (const double degrees : {0.0, 8.0, 25.0, 50.0, 70.0}) {
-          const ObliqueScene scene{
-              .friction = mu, .degrees = degrees, .spin = spin, .e = e, .ratio = ratio};
-          spin = -spin;
+          const ObliqueScene scene{.friction = mu,
+                                   .degrees = degrees,
+                                   .angular_velocity = omega,
+                                   .e = e,
+                                   .ratio = ratio};
+          omega = -omega;
           const Oblique got = impact(scene), expected = integrated(scene);
           const std::string name = fmt::format("mu = {}, K_t/K = {}, e = {}, {} deg, spin {}: ", mu,
-                                               ratio, e, degrees, scene.spin);
+                                               ratio, e, degrees, scene.angular_velocity);
           // Of the slip before the impact.
-          const double scale = 2 * std::sin(degrees * kDegToRad) + 0.05 * std::abs(scene.spin);
+          const double scale =
+              2 * std::sin(degrees * kDegToRad) + 0.05 * std::abs(scene.angular_velocity);
           checks.push_back({name + "tangential velocity", got.tangential, expected.tangential,
                             5e-3 * scale, Bound::absolute, "m/s"});
-          checks.push_back({name + "R times spin", 0.05 * got.spin, 0.05 * expected.spin,
-                            1e-2 * scale, Bound::absolute, "m/s"});
+          checks.push_back({name + "R times spin", 0.05 * got.angular_velocity,
+                            0.05 * expected.angular_velocity, 1e-2 * scale, Bound::absolute,
+                            "m/s"});
         }
       }
     }
@@ -160,8 +166,9 @@ std::vector<Check> second_method() {
   return checks;
 }
 
-// Two equal spheres meet head on; `second_spin` is the spin of the second about z.
-Oblique spinning_pair(double spin, double second_spin, double contact_update_fraction,
+// Two equal spheres meet head on; `omega` and `second_omega` are their angular velocities about z,
+// rad/s.
+Oblique spinning_pair(double omega, double second_omega, double contact_update_fraction,
                       double stiffness = 1e8) {
   const double radius = 0.05;
   Model model = scenes::empty(scenes::law(0.4, 0.5), scenes::law(0.4, 0.5));
@@ -170,8 +177,8 @@ Oblique spinning_pair(double spin, double second_spin, double contact_update_fra
   model.timestep = quarter_period(0.5, 0.5 * stiffness) * 0.5 / 400;
   model.numerics.contact_update_fraction = contact_update_fraction;
   Solver solver(model);
-  solver.insert(0, {-radius, 0, 0}, Quat::Identity(), {1, 0, 0}, {0, 0, spin});
-  solver.insert(1, {radius + 1e-9, 0, 0}, Quat::Identity(), {-1, 0, 0}, {0, 0, second_spin});
+  solver.insert(0, {-radius, 0, 0}, Quat::Identity(), {1, 0, 0}, {0, 0, omega});
+  solver.insert(1, {radius + 1e-9, 0, 0}, Quat::Identity(), {-1, 0, 0}, {0, 0, second_omega});
   scenes::run(solver, 12 * quarter_period(0.5, 0.5 * stiffness));
   const ParticleState& p = solver.particles();
   return {p.velocity[0].x(), p.velocity[0].y(), p.angular_velocity[0].z()};
@@ -180,37 +187,38 @@ Oblique spinning_pair(double spin, double second_spin, double contact_update_fra
 std::vector<Check> spinning_spheres() {
   std::vector<Check> checks;
   const double usual = Model{}.numerics.contact_update_fraction;
-  for (const double spin : {5.0, 20.0, 100.0}) {
-    const std::string scene = fmt::format("spins +{0} and -{0}: ", spin);
-    const Oblique exact = spinning_pair(spin, -spin, 0);
-    checks.push_back({scene + "spin after, contacts found at every step", exact.spin, spin, 1e-10,
-                      Bound::absolute, "rad/s"});
+  for (const double omega : {5.0, 20.0, 100.0}) {
+    const std::string scene = fmt::format("spins +{0} and -{0}: ", omega);
+    const Oblique exact = spinning_pair(omega, -omega, 0);
+    checks.push_back({scene + "spin after, contacts found at every step", exact.angular_velocity,
+                      omega, 1e-10, Bound::absolute, "rad/s"});
     checks.push_back({scene + "speed across, contacts found at every step", exact.tangential, 0,
                       1e-12, Bound::absolute, "m/s"});
     // The normal may lag by the way between two searches, 60 um of 50 mm; the spheres close at
     // 2 m/s.
     const double lag = Model{}.numerics.contact_margin_limit / 0.05 * 2;
-    const Oblique linearized = spinning_pair(spin, -spin, usual);
-    checks.push_back({scene + "R times spin after, as shipped", 0.05 * linearized.spin, 0.05 * spin,
-                      lag, Bound::absolute, "m/s"});
+    const Oblique linearized = spinning_pair(omega, -omega, usual);
+    checks.push_back({scene + "R times spin after, as shipped", 0.05 * linearized.angular_velocity,
+                      0.05 * omega, lag, Bound::absolute, "m/s"});
     checks.push_back({scene + "speed across, as shipped", linearized.tangential, 0, lag,
                       Bound::absolute, "m/s"});
   }
   // The middle plane of two equal spins is a rigid wall: half the pair's overlap is the wall's. The
   // pair turns about its middle by v t / 2R while it touches, so it is made stiff.
-  for (const double spin : {5.0, 20.0, 100.0}) {
-    const double stiffness = 1e10, slip = 0.05 * spin;
-    const Oblique pair = spinning_pair(spin, spin, 0, stiffness);
+  for (const double omega : {5.0, 20.0, 100.0}) {
+    const double stiffness = 1e10, slip = 0.05 * omega;
+    const Oblique pair = spinning_pair(omega, omega, 0, stiffness);
     const Oblique wall = impact({.friction = 0.4,
                                  .degrees = 0,
                                  .speed = 1,
-                                 .spin = spin,
+                                 .angular_velocity = omega,
                                  .ratio = 1,
                                  .stiffness = stiffness,
                                  .gap = 0.5e-9});
-    const std::string scene = fmt::format("both spins {}: ", spin);
-    checks.push_back({scene + "spin after, compared with one sphere on a wall", pair.spin,
-                      wall.spin, 3e-4 * spin, Bound::absolute, "rad/s"});
+    const std::string scene = fmt::format("both spins {}: ", omega);
+    checks.push_back({scene + "spin after, compared with one sphere on a wall",
+                      pair.angular_velocity, wall.angular_velocity, 3e-4 * omega, Bound::absolute,
+                      "rad/s"});
     checks.push_back({scene + "speed across, compared with one sphere on a wall",
                       std::abs(pair.tangential), std::abs(wall.tangential), 3e-4 * slip,
                       Bound::absolute, "m/s"});
@@ -226,8 +234,9 @@ std::vector<Check> kharaz() {
   constexpr double kMeasured[8][2] = {{2.03, .7938},  {3.93, .7450},  {9.63, .6728},
                                       {20.08, .5964}, {30.22, .6883}, {39.30, .7719},
                                       {49.55, .8469}, {59.84, .9019}};
-  constexpr double kSpin[7][2] = {{6.00, 135.6},  {10.98, 264.6}, {21.19, 577.0}, {31.09, 612.7},
-                                  {39.03, 595.5}, {50.22, 452.9}, {60.25, 381.3}};
+  constexpr double kAngularVelocity[7][2] = {{6.00, 135.6},  {10.98, 264.6}, {21.19, 577.0},
+                                             {31.09, 612.7}, {39.03, 595.5}, {50.22, 452.9},
+                                             {60.25, 381.3}};
   const double radius = 2.5e-3, mass = 4000 * 4 / 3.0 * std::numbers::pi * std::pow(radius, 3);
   const double stiffness = 1.72e7, speed = 3.9, mu = 0.092;
   const auto simulated = [&](double degrees) {
@@ -260,9 +269,9 @@ std::vector<Check> kharaz() {
                         0.15, Bound::absolute, "1"});
     }
   }
-  for (const auto& [degrees, spin] : kSpin) {
-    const double got = -simulated(degrees).spin;
-    checks.push_back({fmt::format("{} deg: spin, against the experiment", degrees), got, spin,
+  for (const auto& [degrees, omega] : kAngularVelocity) {
+    const double got = -simulated(degrees).angular_velocity;
+    checks.push_back({fmt::format("{} deg: spin, against the experiment", degrees), got, omega,
                       std::tan(degrees * kDegToRad) > 7 * mu ? 0.15 : 0.4, Bound::relative,
                       "rad/s"});
   }

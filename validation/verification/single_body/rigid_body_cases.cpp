@@ -13,8 +13,8 @@ namespace {
 
 using scenes::kGravity;
 
-// Body axes' spin of a free body: the solver's own turn, taken back.
-Vec3 body_spin(const Solver& solver) {
+// Angular velocity of a free body in body axes, rad/s.
+Vec3 body_angular_velocity(const Solver& solver) {
   return solver.shape_orientation(0).conjugate() * solver.particles().angular_velocity[0];
 }
 
@@ -46,14 +46,15 @@ std::vector<Check> free_fall() {
   return checks;
 }
 
-struct Spin {
+struct FreeRotation {
   std::vector<double> flips;                  // s, sign changes of the middle component
   double energy = 0, momentum = 0, turn = 0;  // largest relative errors; |q| - 1
 };
 
-Spin spin_freely(const Shape& shape, const Vec3& spin, double timestep, double duration) {
+FreeRotation rotate_freely(const Shape& shape, const Vec3& angular_velocity, double timestep,
+                           double duration) {
   Solver solver = free_body(shape, Vec3::Zero(), timestep);
-  solver.insert(0, Vec3::Zero(), Quat::Identity(), Vec3::Zero(), spin);
+  solver.insert(0, Vec3::Zero(), Quat::Identity(), Vec3::Zero(), angular_velocity);
   const Quat axes = shape.shape_from_body;
   const auto momentum = [&] {
     const Quat q = solver.shape_orientation(0) * axes;
@@ -62,11 +63,11 @@ Spin spin_freely(const Shape& shape, const Vec3& spin, double timestep, double d
   };
   const Vec3 first = momentum();
   const double energy = solver.energy().kinetic;
-  Spin out;
-  double before = body_spin(solver).y();
+  FreeRotation out;
+  double before = body_angular_velocity(solver).y();
   while (solver.time() < duration) {
     solver.step();
-    const double now = body_spin(solver).y();
+    const double now = body_angular_velocity(solver).y();
     if (now * before < 0) out.flips.push_back(solver.time());
     before = now;
     if (solver.steps() % 100 != 0) continue;
@@ -80,7 +81,7 @@ Spin spin_freely(const Shape& shape, const Vec3& spin, double timestep, double d
 // Spin about the middle axis flips every 3.513899 s, first at 1.9861 s.
 std::vector<Check> flipping_box() {
   const Shape box = make_box({0.3, 0.2, 0.1}, scenes::ice_options(1, 1e6, 1e-3));
-  const Spin got = spin_freely(box, {0.01, 10, 0.01}, 5e-5, 10);
+  const FreeRotation got = rotate_freely(box, {0.01, 10, 0.01}, 5e-5, 10);
   std::vector<Check> checks;
   const Vec3 inertia(0.00416667, 0.00833333, 0.01083333);
   // The box's own axes; principal moments come in whatever order its body axes have.
@@ -108,7 +109,8 @@ std::vector<Check> flipping_box() {
 std::vector<Check> tumbling() {
   std::vector<Check> checks;
   for (const double speed : {10.0, 100.0}) {
-    const Spin got = spin_freely(scenes::crescent(), speed * Vec3(0.3, 0.8, -0.5), 2e-5, 2);
+    const FreeRotation got =
+        rotate_freely(scenes::crescent(), speed * Vec3(0.3, 0.8, -0.5), 2e-5, 2);
     const std::string scene = fmt::format("{} rad/s, 2 s: ", speed);
     checks.push_back({scene + "largest relative error of the energy", got.energy,
                       1e-9 * speed * speed, 0, Bound::at_most, "1"});
@@ -145,13 +147,14 @@ void land(const Landing& in, double e, std::vector<Check>& checks) {
   const Vec3 lever = arm.cross(Vec3::UnitZ());
   const double effective = 1 / (1 + lever.dot(inverse * lever));
   const double impulse = effective * (1 + restitution_with_floor(e));
-  const Vec3 spin = impulse * (inverse * lever);
+  const Vec3 angular_velocity = impulse * (inverse * lever);
   const ParticleState& p = solver.particles();
   const std::string scene = fmt::format("{}, e = {}: ", in.name, e);
   checks.push_back(
       {scene + "speed after", p.velocity[0].z(), -1 + impulse, 2e-3, Bound::absolute, "m/s"});
-  checks.push_back({scene + "error of the spin after", (p.angular_velocity[0] - spin).norm(),
-                    5e-3 * spin.norm() + 1e-6, 0, Bound::at_most, "rad/s"});
+  checks.push_back({scene + "error of the spin after",
+                    (p.angular_velocity[0] - angular_velocity).norm(),
+                    5e-3 * angular_velocity.norm() + 1e-6, 0, Bound::at_most, "rad/s"});
   // One patch has the whole stiffness, whether one, two or four vertices carry it.
   checks.push_back({scene + "largest force", p.peak_normal_force[0],
                     std::sqrt(effective * stiffness), 3e-3, Bound::relative, "N"});

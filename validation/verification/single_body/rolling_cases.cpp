@@ -88,8 +88,8 @@ std::vector<Check> tipping() {
 
 // Housner's block, 0.1 x 0.4 m, released from a lean; p = sqrt(3 g / 4 R).
 struct Rocking {
-  double quarter = 0;     // s, until upright
-  double spin_ratio = 0;  // over the impact
+  double quarter = 0;                 // s, until upright
+  double angular_velocity_ratio = 0;  // over the impact
 };
 
 Rocking rock(double lean_share) {
@@ -107,9 +107,9 @@ Rocking rock(double lean_share) {
     const Vec3 up = solver.shape_orientation(0) * Vec3::UnitZ();
     return std::atan2(up.x(), up.z());
   };
-  double spin_before = 0;
+  double angular_velocity_before = 0;
   while (angle() > 0 && solver.time() < 1) {
-    spin_before = solver.particles().angular_velocity[0].y();
+    angular_velocity_before = solver.particles().angular_velocity[0].y();
     solver.step();
   }
   Rocking out;
@@ -118,7 +118,7 @@ Rocking rock(double lean_share) {
   // Gravity slows the rise meanwhile: theta'' = -p^2 (sin(alpha - theta)) about.
   const double p2 = 0.75 * kGravity / std::hypot(0.05, 0.2);
   const double after = solver.particles().angular_velocity[0].y() - p2 * slenderness * 0.01;
-  out.spin_ratio = after / spin_before;
+  out.angular_velocity_ratio = after / angular_velocity_before;
   return out;
 }
 
@@ -147,7 +147,7 @@ std::vector<Check> rocking() {
     const std::string scene = fmt::format("from {} of the slenderness: ", share);
     checks.push_back({scene + "quarter period", got.quarter, exact_quarter(share * alpha, alpha),
                       5e-3, Bound::relative, "s"});
-    checks.push_back({scene + "spin after the impact over that before", got.spin_ratio,
+    checks.push_back({scene + "spin after the impact over that before", got.angular_velocity_ratio,
                       1 - 1.5 * std::pow(std::sin(alpha), 2), 0.05, Bound::absolute, "1"});
   }
   return checks;
@@ -161,18 +161,19 @@ double rolling_ratio(int sides) {
   const double part = std::numbers::pi / sides;
   const double about_edge =  // moment of inertia of 1 kg
       ((2 + std::cos(2 * part)) / 6 + 1) * radius * radius;
-  const double spin = 1.5 * std::sqrt(2 * kGravity * radius * (1 - std::cos(part)) / about_edge);
+  const double angular_velocity =
+      1.5 * std::sqrt(2 * kGravity * radius * (1 - std::cos(part)) / about_edge);
   Interaction law = scenes::law(2, 0.05);
   law.minimum_unloading_ratio = 1e-4;  // or it would give back 3 % of the speed by itself
   Model model = scenes::body_on_plane(prism(sides, radius, stiffness, rounding), law);
   model.timestep = 2e-6;
   Solver solver(model);
   const Vec3 arm(-radius * std::sin(part), 0, radius * std::cos(part));  // from the front edge
-  const Vec3 turn(0, spin, 0);
+  const Vec3 turn(0, angular_velocity, 0);
   solver.insert(0, {0, 0, arm.z() - kGravity / stiffness}, Quat::Identity(), turn.cross(arm), turn);
   // Spin at an angle (rad, from where the edge began to bear) as it would be at another one:
   // I w^2 / 2 + m g R cos(part - angle) is kept about the edge.
-  const auto spin_at = [&](double other, double angle) {
+  const auto angular_velocity_at = [&](double other, double angle) {
     const double now = solver.particles().angular_velocity[0].y();
     const double rise = radius * (std::cos(part - angle) - std::cos(part - other));
     return std::sqrt(now * now + 2 * kGravity * rise / about_edge);
@@ -188,10 +189,10 @@ double rolling_ratio(int sides) {
     return turned;
   };
   const double down = roll_to(2 * part - 0.02);
-  const double before = spin_at(2 * part, down);
+  const double before = angular_velocity_at(2 * part, down);
   // The edge that lands bounces a little; its forces have no moment about itself.
   const double up = roll_to(2 * part + 0.15);
-  return spin_at(0, up - 2 * part) / before;
+  return angular_velocity_at(0, up - 2 * part) / before;
 }
 
 std::vector<Check> rolling() {
