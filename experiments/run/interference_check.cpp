@@ -219,9 +219,8 @@ class BoundaryPairs {
   std::vector<Extents> extents_;  // [boundaries]
 };
 
-// The case without particles, as a machine that can be turned by hand. What validate() accepts with
-// particles, it accepts without them.
-Model bare(const Case& c) {
+// The machine alone. validate() accepts it where it accepts the case with particles.
+Model without_particles(const Case& c) {
   Model model = c.model;
   model.particles.clear();
   model.bonds.clear();
@@ -229,9 +228,9 @@ Model bare(const Case& c) {
   return model;
 }
 
-// Without forces: free frames stay where they start.
-Model held(const Case& c) {
-  Model model = bare(c);
+// The machine with its free frames fixed where they start: prescribed motions alone.
+Model with_fixed_frames(const Case& c) {
+  Model model = without_particles(c);
   for (MotionFrame& frame : model.frames) frame.free.reset();
   model.couplings.clear();
   model.boundary_contacts.clear();
@@ -288,9 +287,9 @@ std::vector<Path> paths_of(const Case& c) {
   return paths;
 }
 
-// Poses of the start, found with `machine`, the bare() case, with the coordinates of free frames in
-// words the held model understands.
-void start_held(Solver& solver, const Case& c, const std::shared_ptr<const Model>& machine) {
+// Starts frames at the poses that the coordinates of free frames give in `machine`, which is
+// without_particles().
+void start_fixed(Solver& solver, const Case& c, const std::shared_ptr<const Model>& machine) {
   Solver whole(machine, 0);
   for (const FrameStart& start : c.frame_starts) whole.start_frame(start);
   const std::vector<FrameState> frames = whole.frames();
@@ -303,14 +302,14 @@ void start_held(Solver& solver, const Case& c, const std::shared_ptr<const Model
 
 void follow(const Case& c, const std::shared_ptr<const Model>& machine, const Path& path,
             BoundaryPairs& pairs) {
-  Model model = held(c);
+  Model model = with_fixed_frames(c);
   model.timestep = path.length / kSamples;
   if (!path.name.empty()) {
     for (MotionFrame& frame : model.frames) frame.motions.clear();
     for (Boundary& boundary : model.boundaries) boundary.motions.clear();
   }
   Solver solver(std::move(model));
-  start_held(solver, c, machine);
+  start_fixed(solver, c, machine);
   for (const auto& [frame, motion] : path.frames) solver.add_frame_motion(frame, motion);
   for (const auto& [boundary, motion] : path.boundaries) solver.add_motion(boundary, motion);
   for (int k = 0; k < kSamples; ++k) {
@@ -388,9 +387,9 @@ bool is_coupled(const Case& c, int frame) {
 void check_boundaries(const Case& c) {
   BoundaryPairs pairs(c);
   if (pairs.none()) return;
-  const auto machine = std::make_shared<const Model>(bare(c));
-  Solver start(held(c));
-  start_held(start, c, machine);
+  const auto machine = std::make_shared<const Model>(without_particles(c));
+  Solver start(with_fixed_frames(c));
+  start_fixed(start, c, machine);
   pairs.check(start.boundaries(), "at the start", nullptr, true);
   for (const Path& path : paths_of(c))
     if (path.length > 0) follow(c, machine, path, pairs);
@@ -401,7 +400,7 @@ void check_boundaries(const Case& c) {
 
 void check_particles(const Case& c) {
   if (c.placed.empty()) return;
-  Solver solver(std::make_shared<const Model>(bare(c)), 0);
+  Solver solver(std::make_shared<const Model>(without_particles(c)), 0);
   for (const FrameStart& start : c.frame_starts) solver.start_frame(start);
   for (std::size_t i = 0; i < c.placed.size(); ++i) {
     const Case::Placed& p = c.placed[i];
