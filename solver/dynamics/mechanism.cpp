@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "solver/dynamics/cam.h"
+#include "solver/dynamics/joint_impulses.h"
 #include "solver/dynamics/multibody_tree.h"
 
 namespace firn {
@@ -19,7 +20,7 @@ using Eigen::VectorXd;
 // Rates that are found by repetition differ by less than this part of what they are the sum of from
 // one to the next.
 constexpr double kSameRates = 1e-14;
-constexpr int kMostSweeps = 200;
+constexpr int kMostRepetitions = 200;
 // Errors of couplings that count as none, m or 1; and when they were never met.
 constexpr double kMet = 1e-13, kUnmet = 1e-7;
 // Rows of couplings that are so nearly multiples of others add nothing.
@@ -48,114 +49,6 @@ class ConstraintSolver {
   Eigen::CompleteOrthogonalDecomposition<MatrixXd> factors_;
 };
 
-// An impulse on one coordinate: at most `below` while its rate is less than `at`, at least `above`
-// while it is more, and whatever holds it there in between.
-struct BoundedImpulse {
-  double at = 0;                // m/s or rad/s
-  double below = 0, above = 0;  // N s or N m s, above <= below
-  double* given = nullptr;      // receives its part; null: not recorded
-};
-
-struct CoordinateSolution {
-  double rate = 0, impulse = 0;
-  bool held = false;  // at one of the rates that the impulses hold
-};
-
-// The rate u = u0 + w p of a coordinate whose impulse p is the sum of `impulses` at that rate,
-// which is unique as p falls with u. `impulses` are in order of `at`.
-CoordinateSolution balance(double u0, double w, const std::vector<BoundedImpulse>& impulses) {
-  double sum = 0;
-  for (const BoundedImpulse& i : impulses) sum += i.below;
-  for (std::size_t k = 0; k < impulses.size();) {
-    const double at = impulses[k].at;
-    if (u0 + w * sum <= at) return {u0 + w * sum, sum, false};
-    double after = 0;
-    for (std::size_t j = 0; j < impulses.size(); ++j)
-      after += impulses[j].at <= at ? impulses[j].above : impulses[j].below;
-    const double needed = (at - u0) / w;
-    if (needed >= after) return {at, needed, true};
-    sum = after;
-    while (k < impulses.size() && impulses[k].at == at) ++k;
-  }
-  return {u0 + w * sum, sum, false};
-}
-
-// What each of the impulses gives of `total`. Those that hold share what the others leave in the
-// order of `impulses`.
-void share_impulse(const CoordinateSolution& solution, double total,
-                   const std::vector<BoundedImpulse>& impulses) {
-  double rest = total;
-  const auto acts_here = [&](const BoundedImpulse& i) {
-    return solution.held && i.at == solution.rate;
-  };
-  const auto outside = [&](const BoundedImpulse& i) {
-    return solution.rate < i.at ? i.below : i.above;
-  };
-  for (const BoundedImpulse& i : impulses)
-    if (!acts_here(i)) rest -= outside(i);
-  for (const BoundedImpulse& i : impulses) {
-    double given = outside(i);
-    if (acts_here(i)) {
-      given = std::clamp(rest, i.above, i.below);
-      rest -= given;
-    }
-    if (i.given) *i.given += given;
-  }
-}
-
-// The bounded impulses of all coordinates at once, coordinate by coordinate until none changes.
-class Holds {
- public:
-  // `mobility`: [n x n] change of the rates by impulses along the coordinates, of which couplings
-  // have taken nothing in `free_mobility`.
-  Holds(std::vector<std::vector<BoundedImpulse>> bounds, const MatrixXd& mobility,
-        const MatrixXd& free_mobility)
-      : bounds_(std::move(bounds)),
-        mobility_(mobility),
-        solutions_(bounds_.size()),
-        impulses_(VectorXd::Zero(mobility.rows())) {
-    for (std::size_t i = 0; i < bounds_.size(); ++i) {
-      const auto k = static_cast<Eigen::Index>(i);
-      // Else the couplings do not let it move.
-      if (!bounds_[i].empty() && mobility(k, k) > 1e-12 * free_mobility(k, k)) active_.push_back(i);
-    }
-  }
-
-  // `rates`: those without these impulses, which are added; changes below `small` are none.
-  void apply(VectorXd& rates, double small) {
-    rates += mobility_ * impulses_;
-    for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
-      double change = 0;
-      for (const std::size_t i : active_) {
-        const auto k = static_cast<Eigen::Index>(i);
-        const double w = mobility_(k, k);
-        solutions_[i] = balance(rates[k] - w * impulses_[k], w, bounds_[i]);
-        const double more = solutions_[i].impulse - impulses_[k];
-        impulses_[k] = solutions_[i].impulse;
-        rates += mobility_.col(k) * more;
-        change = std::max(change, std::abs(w * more));
-      }
-      if (change <= small) break;
-    }
-    for (const std::size_t i : active_)  // but for rounding it has it
-      if (solutions_[i].held) rates[static_cast<Eigen::Index>(i)] = solutions_[i].rate;
-  }
-
-  const VectorXd& impulses() const { return impulses_; }
-  // Gives each of the bounded impulses its part.
-  void share() const {
-    for (const std::size_t i : active_)
-      share_impulse(solutions_[i], impulses_[static_cast<Eigen::Index>(i)], bounds_[i]);
-  }
-
- private:
-  std::vector<std::vector<BoundedImpulse>> bounds_;
-  const MatrixXd& mobility_;
-  std::vector<std::size_t> active_;  // coordinates
-  std::vector<CoordinateSolution> solutions_;
-  VectorXd impulses_;
-};
-
 TreeLoop::Kind loop_kind(Coupling::Kind kind) {
   switch (kind) {
     case Coupling::Kind::hinge:
@@ -169,82 +62,7 @@ TreeLoop::Kind loop_kind(Coupling::Kind kind) {
   }
 }
 
-int ground_of(const std::vector<MotionFrame>& frames, int frame) {
-  for (int free = free_frame(frames, frame); free >= 0; free = free_frame(frames, frame))
-    frame = frames[static_cast<std::size_t>(free)].parent;
-  return frame;
-}
-
-std::string name_of_frame(const std::vector<MotionFrame>& frames, int frame) {
-  return frame < 0 ? "the world"
-                   : fmt::format("\"{}\"", frames[static_cast<std::size_t>(frame)].name);
-}
-
 }  // namespace
-
-std::vector<MechanismMembers> find_mechanisms(const std::vector<MotionFrame>& frames,
-                                              const std::vector<Coupling>& couplings) {
-  // Each free frame with the least number of those that it is tied to.
-  std::vector<int> group(frames.size());
-  std::iota(group.begin(), group.end(), 0);
-  const auto root = [&](int f) {
-    while (group[static_cast<std::size_t>(f)] != f) f = group[static_cast<std::size_t>(f)];
-    return f;
-  };
-  const auto tie = [&](int a, int b) {
-    const int x = root(a), y = root(b);
-    group[static_cast<std::size_t>(std::max(x, y))] = std::min(x, y);
-  };
-  std::vector<char> tied(frames.size(), 0);
-  for (std::size_t f = 0; f < frames.size(); ++f) {
-    const int above = frames[f].free ? free_frame(frames, frames[f].parent) : -1;
-    if (above < 0) continue;
-    tie(static_cast<int>(f), above);
-    tied[f] = tied[static_cast<std::size_t>(above)] = 1;
-  }
-  for (const Coupling& c : couplings) {
-    const auto fail = [&](const std::string& what) {
-      throw InputError("couplings." + c.name + ": " + what);
-    };
-    const int a = free_frame(frames, c.a), b = free_frame(frames, c.b);
-    if (a == b && !(c.ties_joints() && a >= 0 && c.joint_a != c.joint_b))
-      fail(a < 0 ? "ties nothing that a force can move; expected a free motion frame"
-                 : "ties a body to itself; expected two different ones");
-    const int on = ground_of(frames, a < 0 ? b : a);
-    const auto is_ground = [&](int frame, int free) { return free >= 0 || frame == on; };
-    if (!is_ground(c.a, a) || !is_ground(c.b, b) || ground_of(frames, b < 0 ? a : b) != on)
-      fail(
-          fmt::format("ties {} and {}, which do not stand on the same frame; expected parts of one "
-                      "machine, or the frame that it stands on",
-                      name_of_frame(frames, c.a), name_of_frame(frames, c.b)));
-    if (a >= 0 && b >= 0) tie(a, b);
-    tied[static_cast<std::size_t>(a >= 0 ? a : b)] =
-        tied[static_cast<std::size_t>(b >= 0 ? b : a)] = 1;
-  }
-  std::vector<MechanismMembers> out;
-  std::vector<int> place(frames.size(), -1);
-  for (std::size_t f = 0; f < frames.size(); ++f) {
-    if (!tied[f]) continue;
-    const auto r = static_cast<std::size_t>(root(static_cast<int>(f)));
-    if (place[r] < 0) {
-      place[r] = static_cast<int>(out.size());
-      out.emplace_back().ground = ground_of(frames, static_cast<int>(f));
-    }
-    MechanismMembers& members = out[static_cast<std::size_t>(place[r])];
-    if (frames[f].free->free_rotation)
-      throw InputError(fmt::format(
-          "motion_frames.{}: turns freely in a mechanism; expected joints, as other bodies are "
-          "attached to it, or it to them",
-          frames[f].name));
-    members.frames.push_back(static_cast<int>(f));
-  }
-  for (std::size_t c = 0; c < couplings.size(); ++c) {
-    const int a = free_frame(frames, couplings[c].a), b = free_frame(frames, couplings[c].b);
-    const auto r = static_cast<std::size_t>(root(a < 0 ? b : a));
-    out[static_cast<std::size_t>(place[r])].couplings.push_back(static_cast<int>(c));
-  }
-  return out;
-}
 
 struct Mechanism::Impl {
   MechanismMembers members;
@@ -521,12 +339,12 @@ struct Mechanism::Impl {
     } else {
       known -= h * damping.cwiseProduct(start);
     }
-    Holds holds(bounded_impulses(s, half, q, start), tied_mobility, mobility);
+    JointImpulses holds(bounded_impulses(s, half, q, start), tied_mobility, mobility);
     VectorXd u = start, applied, end = q;
     // Rates of the constraints: 0, or what meets them at the end of the step.
     VectorXd wanted = VectorXd::Zero(g.rows());
     double error = 0;
-    for (int r = 0; r < kMostSweeps; ++r) {
+    for (int r = 0; r < kMostRepetitions; ++r) {
       if (r > 0) tree.place(q, u);
       applied = known + h * forces(s, q);
       VectorXd next = mobility * applied;

@@ -15,21 +15,9 @@
 
 #include "firn/motion.h"
 #include "solver/dynamics/free_body.h"
+#include "solver/dynamics/mechanism_members.h"
 
 namespace firn {
-
-// Free frames of a mechanism in order of their numbers, and its couplings.
-struct MechanismMembers {
-  std::vector<int> frames;
-  std::vector<int> couplings;
-  int ground = -1;  // prescribed frame to which all of them are attached; -1: the world
-};
-
-// Members of all mechanisms. A single free frame belongs to none. Throws InputError, naming frame
-// or coupling, when parts of a mechanism stand on different grounds, or a coupling ties no two
-// bodies.
-std::vector<MechanismMembers> find_mechanisms(const std::vector<MotionFrame>& frames,
-                                              const std::vector<Coupling>& couplings);
 
 struct JointLoad {
   Vec3 force = Vec3::Zero(), torque = Vec3::Zero();  // N and N m, or N s and N m s

@@ -1,0 +1,98 @@
+#include "solver/dynamics/joint_impulses.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace firn {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr int kMostSweeps = 200;
+
+}  // namespace
+
+JointImpulses::JointImpulses(std::vector<std::vector<BoundedImpulse>> bounds,
+                             const MatrixXd& mobility, const MatrixXd& free_mobility)
+    : bounds_(std::move(bounds)),
+      mobility_(mobility),
+      solutions_(bounds_.size()),
+      impulses_(VectorXd::Zero(mobility.rows())) {
+  for (std::size_t i = 0; i < bounds_.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    // Else the couplings do not let it move.
+    if (!bounds_[i].empty() && mobility(k, k) > 1e-12 * free_mobility(k, k)) active_.push_back(i);
+  }
+}
+
+void JointImpulses::apply(VectorXd& rates, double small) {
+  rates += mobility_ * impulses_;
+  for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+    double change = 0;
+    for (const std::size_t i : active_) {
+      const auto k = static_cast<Eigen::Index>(i);
+      const double w = mobility_(k, k);
+      solutions_[i] = balance(rates[k] - w * impulses_[k], w, bounds_[i]);
+      const double more = solutions_[i].impulse - impulses_[k];
+      impulses_[k] = solutions_[i].impulse;
+      rates += mobility_.col(k) * more;
+      change = std::max(change, std::abs(w * more));
+    }
+    if (change <= small) break;
+  }
+  for (const std::size_t i : active_)  // but for rounding it has it
+    if (solutions_[i].held) rates[static_cast<Eigen::Index>(i)] = solutions_[i].rate;
+}
+
+void JointImpulses::share() const {
+  for (const std::size_t i : active_)
+    share_impulse(solutions_[i], impulses_[static_cast<Eigen::Index>(i)], bounds_[i]);
+}
+
+// The rate u = u0 + w p of a coordinate whose impulse p is the sum of `impulses` at that rate,
+// which is unique as p falls with u. `impulses` are in order of `at`.
+JointImpulses::Solution JointImpulses::balance(double u0, double w,
+                                               const std::vector<BoundedImpulse>& impulses) {
+  double sum = 0;
+  for (const BoundedImpulse& i : impulses) sum += i.below;
+  for (std::size_t k = 0; k < impulses.size();) {
+    const double at = impulses[k].at;
+    if (u0 + w * sum <= at) return {u0 + w * sum, sum, false};
+    double after = 0;
+    for (std::size_t j = 0; j < impulses.size(); ++j)
+      after += impulses[j].at <= at ? impulses[j].above : impulses[j].below;
+    const double needed = (at - u0) / w;
+    if (needed >= after) return {at, needed, true};
+    sum = after;
+    while (k < impulses.size() && impulses[k].at == at) ++k;
+  }
+  return {u0 + w * sum, sum, false};
+}
+
+// What each of the impulses gives of `total`. Those that hold share what the others leave in the
+// order of `impulses`.
+void JointImpulses::share_impulse(const Solution& solution, double total,
+                                  const std::vector<BoundedImpulse>& impulses) {
+  double rest = total;
+  const auto acts_here = [&](const BoundedImpulse& i) {
+    return solution.held && i.at == solution.rate;
+  };
+  const auto outside = [&](const BoundedImpulse& i) {
+    return solution.rate < i.at ? i.below : i.above;
+  };
+  for (const BoundedImpulse& i : impulses)
+    if (!acts_here(i)) rest -= outside(i);
+  for (const BoundedImpulse& i : impulses) {
+    double given = outside(i);
+    if (acts_here(i)) {
+      given = std::clamp(rest, i.above, i.below);
+      rest -= given;
+    }
+    if (i.given) *i.given += given;
+  }
+}
+
+}  // namespace firn
