@@ -137,9 +137,9 @@ TEST(ForceBalance, ForcesExplainTheMotionToRounding) {
     const Shape& shape = solver.model().shapes[0];
     constexpr double kRounding = 20 * std::numeric_limits<double>::epsilon() / 1e-5;  // 1/s
     const double momentum = shape.mass * state.velocity[i].norm();
-    const double momentum = shape.inertia.maxCoeff() * state.angular_velocity[i].norm();
+    const double angular_momentum = shape.inertia.maxCoeff() * state.angular_velocity[i].norm();
     EXPECT_LT(b.force_error, 1e-13 * b.scale + kRounding * momentum) << i;
-    EXPECT_LT(b.moment_error, 1e-13 * b.moment_scale + kRounding * momentum) << i;
+    EXPECT_LT(b.moment_error, 1e-13 * b.moment_scale + kRounding * angular_momentum) << i;
     moved_by_contacts = std::max(moved_by_contacts, (b.mass_acceleration - b.weight).norm());
     EXPECT_NEAR(b.weight.z(), -0.0137 * 9.81, 1e-4);
   }
