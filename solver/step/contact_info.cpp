@@ -68,4 +68,19 @@ std::vector<Contact> contacts_of(const Workspace& w, const State& s) {
   return out;
 }
 
+std::vector<double> overlaps_of(const State& s) {
+  std::vector<double> out;
+  for (const Pair& pair : s.pairs) {
+    for (std::uint32_t k = pair.first_patch; k < pair.first_patch + pair.patch_count; ++k) {
+      const Patch& patch = s.patches[k];
+      if (patch.normal_force <= 0) continue;
+      double gap = 0;
+      for (std::uint32_t i = 0; i < patch.point_count; ++i)
+        gap = std::min(gap, s.points[patch.first_point + i].gap);
+      out.push_back(-gap);
+    }
+  }
+  return out;
+}
+
 }  // namespace firn
