@@ -36,7 +36,7 @@ Body body_of(const std::vector<ConvexPart>& parts, const Quat& to_shape) {
     for (const ConvexPart::Face& face : part.faces) {
       if (face.internal) continue;
       for (int k = face.first; k < face.first + face.count; ++k)
-        body.connectivity.push_back(base + part.loops[static_cast<std::size_t>(k)]);
+        body.connectivity.push_back(base + part.face_vertices[static_cast<std::size_t>(k)]);
       body.offsets.push_back(static_cast<std::int32_t>(body.connectivity.size()));
     }
   }

@@ -179,7 +179,8 @@ std::vector<std::vector<HalfSpace>> pieces_of(const Section& section, const Stat
 
 std::vector<Vec3> corners_of(const ConvexPart& part, const ConvexPart::Face& face) {
   std::vector<Vec3> loop;
-  for (int k = 0; k < face.count; ++k) loop.push_back(part.vertex(part.loops[face.first + k]));
+  for (int k = 0; k < face.count; ++k)
+    loop.push_back(part.vertex(part.face_vertices[face.first + k]));
   return loop;
 }
 

@@ -261,7 +261,7 @@ class FacetMaker {
         sides.back().to = next.to;
       }
     }
-    if (sides.size() < 3 || sides.size() + 2 > kMaxSeams) return std::nullopt;
+    if (sides.size() < 3 || sides.size() + 2 > kMaxInternalFaces) return std::nullopt;
     return sides;
   }
 

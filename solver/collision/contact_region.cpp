@@ -17,7 +17,7 @@ PlanePoint operator-(const PlanePoint& a, const PlanePoint& b) { return {a.u - b
 void outline(const ProjectedPart& view, const ConvexPart::Face& face, bool reversed,
              PlanePoint* out) {
   for (int i = 0; i < face.count; ++i) {
-    out[reversed ? face.count - 1 - i : i] = view.flat(view.part.loops[face.first + i]);
+    out[reversed ? face.count - 1 - i : i] = view.flat(view.part.face_vertices[face.first + i]);
   }
 }
 
@@ -54,9 +54,9 @@ HeightGradient::HeightGradient(const ProjectedPart& view, const ConvexPart::Face
 
 bool is_over_face(const ProjectedPart& view, const ConvexPart::Face& face, bool reversed,
                   const PlanePoint& at) {
-  PlanePoint from = view.flat(view.part.loops[face.first + face.count - 1]);
+  PlanePoint from = view.flat(view.part.face_vertices[face.first + face.count - 1]);
   for (int i = 0; i < face.count; ++i) {
-    const PlanePoint to = view.flat(view.part.loops[face.first + i]);
+    const PlanePoint to = view.flat(view.part.face_vertices[face.first + i]);
     const double side = cross(to - from, at - from);
     if (reversed ? side > 0 : side < 0) return false;
     from = to;

@@ -22,7 +22,7 @@ inline std::uint64_t leaning_seams(const ConvexPart& part, const Vec3& outward, 
 // The vertices of a face.
 inline std::span<const std::uint16_t> loop_of(const ConvexPart& part,
                                               const ConvexPart::Face& face) {
-  return {&part.loops[face.first], static_cast<std::size_t>(face.count)};
+  return {&part.face_vertices[face.first], static_cast<std::size_t>(face.count)};
 }
 
 // A plane surface that faces a part, and the radius (m) of its rounding.

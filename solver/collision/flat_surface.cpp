@@ -35,7 +35,7 @@ LineSegment side_of(const FlatSurface::Piece& piece, std::size_t i) {
 FlatSurface::Piece piece_of(const ConvexPart& part, const ConvexPart::Face& face) {
   FlatSurface::Piece piece;
   for (int i = 0; i < face.count; ++i)
-    piece.corners.push_back(part.vertex(part.loops[face.first + i]));
+    piece.corners.push_back(part.vertex(part.face_vertices[face.first + i]));
   for (const Vec3& x : piece.corners) piece.center += x / static_cast<double>(face.count);
   for (const Vec3& x : piece.corners)
     piece.radius = std::max(piece.radius, (x - piece.center).norm());
@@ -371,7 +371,7 @@ int FlatSurfaces::find(const ConvexPart& part, int number, const ContactFeature&
   if (feature.kind == ContactFeature::Kind::vertex) return -1;
   for (std::size_t f = 0; f < own.size(); ++f) {
     if (own[f] < 0) continue;
-    const auto first = part.loops.begin() + part.faces[f].first;
+    const auto first = part.face_vertices.begin() + part.faces[f].first;
     const auto last = first + part.faces[f].count;
     if (std::find(first, last, feature.ends[0]) != last &&
         std::find(first, last, feature.ends[1]) != last)

@@ -31,9 +31,9 @@ struct SupportingFeatures {
 };
 
 bool is_on_face(const ConvexPart& part, int vertex, std::uint16_t face) {
-  const ConvexPart::VertexAdjacency& star = part.stars[vertex];
-  const auto first = part.star_faces.begin() + star.first_face;
-  return std::find(first, first + star.face_count, face) != first + star.face_count;
+  const ConvexPart::VertexAdjacency& adjacent = part.adjacency[vertex];
+  const auto first = part.vertex_faces.begin() + adjacent.first_face;
+  return std::find(first, first + adjacent.face_count, face) != first + adjacent.face_count;
 }
 
 // Calls visit(index) for the surface faces that all carriers lie on, in ascending order.
@@ -46,9 +46,9 @@ void for_common_faces(const ConvexPart& part, const SupportingFeatures& carriers
     for (; common != 0; common &= common - 1) visit(std::countr_zero(common));
     return;
   }
-  const ConvexPart::VertexAdjacency& star = part.stars[carriers.vertex[0]];
-  for (std::uint32_t k = 0; k < star.face_count; ++k) {
-    const std::uint16_t index = part.star_faces[star.first_face + k];
+  const ConvexPart::VertexAdjacency& adjacent = part.adjacency[carriers.vertex[0]];
+  for (std::uint32_t k = 0; k < adjacent.face_count; ++k) {
+    const std::uint16_t index = part.vertex_faces[adjacent.first_face + k];
     bool common = !part.faces[index].internal;
     for (int i = 1; i < carriers.count; ++i)
       common = common && is_on_face(part, carriers.vertex[i], index);
@@ -66,12 +66,13 @@ void flattest_edge(const ConvexPart& part, const Vec3& n, const SupportingFeatur
   for (int c = 0; c < carriers.count; ++c) {
     const std::uint16_t near = carriers.vertex[c];
     const double height = n.dot(part.vertex(near));
-    const ConvexPart::VertexEdge* spokes = part.spokes.data() + part.stars[near].first_spoke;
+    const ConvexPart::VertexEdge* edges =
+        part.vertex_edges.data() + part.adjacency[near].first_edge;
     const bool alone = carriers.count == 1;
-    for (std::uint32_t k = 0; k < part.stars[near].spoke_count; ++k) {
-      const std::uint16_t far = spokes[k].vertex;
+    for (std::uint32_t k = 0; k < part.adjacency[near].edge_count; ++k) {
+      const std::uint16_t far = edges[k].vertex;
       const double drop = height - n.dot(part.vertex(far));
-      const double over_reach = drop * std::min(1.0, reach * spokes[k].inverse_length);
+      const double over_reach = drop * std::min(1.0, reach * edges[k].inverse_length);
       const bool ours = alone | ((far > near) & carriers.include(far));
       const double over = pick(ours & (over_reach <= depth), over_reach, kNever);
       from = pick(over < least, near, from);
@@ -104,7 +105,7 @@ Feature supporting_feature(const ConvexPart& part, const Vec3& n,
     const double top = n.dot(part.vertex(carriers.vertex[0]));
     int near = 0;
     for (int i = 0; i < f.count; ++i)
-      near += top - n.dot(part.vertex(part.loops[f.first + i])) <= depth;
+      near += top - n.dot(part.vertex(part.face_vertices[f.first + i])) <= depth;
     if (near >= 3 || std::sqrt(std::max(0.0, 1 - best * best)) * reach <= depth) {
       out.kind = Feature::Kind::face;
       out.face = &f;
@@ -284,7 +285,7 @@ void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double she
   const std::uint16_t* loop = feature.ends;
   int loop_count = 0;
   if (feature.face) {
-    loop = &a.loops[feature.face->first];
+    loop = &a.face_vertices[feature.face->first];
     loop_count = feature.face->count;
   } else if (feature.kind == Feature::Kind::edge &&
              (leaning_seams(a, frame.n, feature.ends[0]) &

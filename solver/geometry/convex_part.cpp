@@ -133,7 +133,7 @@ class Polyhedron {
 // The outcome of all cuts: points that three facets share, numbered without gaps.
 struct Corners {
   std::vector<Vec3> points;
-  std::vector<Polyhedron::Facet> facets;  // loops into points
+  std::vector<Polyhedron::Facet> facets;  // by index into points
 };
 
 // Representative of each point once edges shorter than the tolerance are collapsed.
@@ -286,8 +286,8 @@ void set_vertices(const std::vector<Vec3>& points, ConvexPart& part) {
 void set_edges(ConvexPart& part) {
   for (const auto& face : part.faces) {
     for (int k = 0; k < face.count; ++k) {
-      const auto [a, b] =
-          std::minmax(part.loops[face.first + k], part.loops[face.first + (k + 1) % face.count]);
+      const auto [a, b] = std::minmax(part.face_vertices[face.first + k],
+                                      part.face_vertices[face.first + (k + 1) % face.count]);
       part.edges.push_back({a, b});
     }
   }
@@ -295,27 +295,27 @@ void set_edges(ConvexPart& part) {
   part.edges.erase(std::unique(part.edges.begin(), part.edges.end()), part.edges.end());
 }
 
-void set_stars(ConvexPart& part) {
-  std::vector<std::vector<ConvexPart::VertexEdge>> spokes(part.vertex_count);
+void set_adjacency(ConvexPart& part) {
+  std::vector<std::vector<ConvexPart::VertexEdge>> edges_of(part.vertex_count);
   std::vector<std::vector<std::uint16_t>> faces(part.vertex_count);
   for (const auto& [a, b] : part.edges) {
     const double inverse = 1 / (part.vertex(b) - part.vertex(a)).norm();
-    spokes[a].push_back({b, inverse});
-    spokes[b].push_back({a, inverse});
+    edges_of[a].push_back({b, inverse});
+    edges_of[b].push_back({a, inverse});
   }
   for (std::size_t f = 0; f < part.faces.size(); ++f) {
     for (int k = 0; k < part.faces[f].count; ++k) {
-      faces[part.loops[part.faces[f].first + k]].push_back(static_cast<std::uint16_t>(f));
+      faces[part.face_vertices[part.faces[f].first + k]].push_back(static_cast<std::uint16_t>(f));
     }
   }
   for (int i = 0; i < part.vertex_count; ++i) {
     const auto count = [](const auto& list) { return static_cast<std::uint32_t>(list.size()); };
-    std::sort(spokes[i].begin(), spokes[i].end(),
+    std::sort(edges_of[i].begin(), edges_of[i].end(),
               [](const auto& p, const auto& q) { return p.vertex < q.vertex; });
-    part.stars.push_back(
-        {count(part.spokes), count(spokes[i]), count(part.star_faces), count(faces[i])});
-    part.spokes.insert(part.spokes.end(), spokes[i].begin(), spokes[i].end());
-    part.star_faces.insert(part.star_faces.end(), faces[i].begin(), faces[i].end());
+    part.adjacency.push_back(
+        {count(part.vertex_edges), count(edges_of[i]), count(part.vertex_faces), count(faces[i])});
+    part.vertex_edges.insert(part.vertex_edges.end(), edges_of[i].begin(), edges_of[i].end());
+    part.vertex_faces.insert(part.vertex_faces.end(), faces[i].begin(), faces[i].end());
   }
   if (part.faces.size() > 64) return;
   part.surface_faces.assign(part.vertex_count, 0);
@@ -325,18 +325,18 @@ void set_stars(ConvexPart& part) {
   }
 }
 
-void set_seams(ConvexPart& part) {
+void set_internal_faces(ConvexPart& part) {
   part.internal_faces.assign(part.vertex_count, 0);
   for (const auto& face : part.faces) {
     if (!face.internal) continue;
     const auto bit = part.internal_normals.size();
-    if (bit == kMaxSeams) {
-      throw InputError("a convex part has more than " + std::to_string(kMaxSeams) +
+    if (bit == kMaxInternalFaces) {
+      throw InputError("a convex part has more than " + std::to_string(kMaxInternalFaces) +
                        " internal faces; expected fewer");
     }
     part.internal_normals.push_back(face.normal);
     for (int k = 0; k < face.count; ++k) {
-      part.internal_faces[part.loops[face.first + k]] |= std::uint64_t{1} << bit;
+      part.internal_faces[part.face_vertices[face.first + k]] |= std::uint64_t{1} << bit;
     }
   }
 }
@@ -379,13 +379,13 @@ ConvexPart convex_part(const std::vector<HalfSpace>& half_spaces, double roundin
   for (const auto& facet : corners.facets) {
     const HalfSpace& h = eroded[facet.plane];
     part.faces.push_back({h.normal, h.offset + h.normal.dot(middle),
-                          static_cast<int>(part.loops.size()), static_cast<int>(facet.loop.size()),
-                          h.internal});
-    part.loops.insert(part.loops.end(), facet.loop.begin(), facet.loop.end());
+                          static_cast<int>(part.face_vertices.size()),
+                          static_cast<int>(facet.loop.size()), h.internal});
+    part.face_vertices.insert(part.face_vertices.end(), facet.loop.begin(), facet.loop.end());
   }
   set_edges(part);
-  set_stars(part);
-  set_seams(part);
+  set_adjacency(part);
+  set_internal_faces(part);
   set_thickness(part);
   return part;
 }
@@ -433,8 +433,8 @@ ConvexPart sphere_part(const Vec3& center, double radius) {
   ConvexPart part;
   part.radius = radius;
   set_vertices({center}, part);
-  set_stars(part);
-  set_seams(part);
+  set_adjacency(part);
+  set_internal_faces(part);
   set_thickness(part);
   return part;
 }
@@ -460,7 +460,7 @@ TriangleMesh surface_mesh(const ConvexPart& part) {
   TriangleMesh mesh;
   for (int i = 0; i < part.vertex_count; ++i) mesh.vertices.push_back(part.vertex(i));
   for (const auto& face : part.faces) {
-    const auto* loop = &part.loops[face.first];
+    const auto* loop = &part.face_vertices[face.first];
     for (int k = 1; k + 1 < face.count; ++k) {
       mesh.triangles.push_back({loop[0], loop[k], loop[k + 1]});
     }

@@ -195,10 +195,10 @@ void mark_internal_faces(std::vector<Piece>& pieces, double size) {
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     std::size_t cuts = 0;
     for (const auto& face : parts[i].faces) {
-      if (cuts == kMaxSeams) break;
+      if (cuts == kMaxInternalFaces) break;
       std::vector<Vec3> polygon;
       for (int k = 0; k < face.count; ++k) {
-        polygon.push_back(parts[i].vertex(parts[i].loops[face.first + k]) +
+        polygon.push_back(parts[i].vertex(parts[i].face_vertices[face.first + k]) +
                           kLift * size * face.normal);
       }
       double rim = 0;

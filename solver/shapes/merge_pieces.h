@@ -17,8 +17,8 @@ using Piece = std::vector<HalfSpace>;
 // choice among several possible pairs depends on the order of the pieces.
 std::vector<Piece> merge_convex_pieces(std::vector<Piece> pieces);
 
-// Marks faces as internal that other pieces cover completely, at most kMaxSeams of each piece.
-// `size` (m): diagonal of the whole solid. Pieces must not overlap.
+// Marks faces as internal that other pieces cover completely, at most kMaxInternalFaces of each
+// piece. `size` (m): diagonal of the whole solid. Pieces must not overlap.
 void mark_internal_faces(std::vector<Piece>& pieces, double size);
 
 }  // namespace firn

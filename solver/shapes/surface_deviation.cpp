@@ -50,7 +50,7 @@ double signed_distance(const Vec3& p, const ConvexPart& part) {
   double distance = std::numeric_limits<double>::infinity();
   for (const auto& face : part.faces) {
     if (face.normal.dot(p) <= face.offset) continue;
-    const auto corner = [&](int k) { return part.vertex(part.loops[face.first + k]); };
+    const auto corner = [&](int k) { return part.vertex(part.face_vertices[face.first + k]); };
     distance = std::min(distance, distance_to_polygon(p, face.normal, face.count, corner));
   }
   return distance - part.radius;
@@ -232,7 +232,7 @@ class Union {
       for (const auto& face : part.faces) {
         if (face.internal) continue;
         const auto corner = [&](int k) {
-          return Vec3(part.vertex(part.loops[face.first + k]) + part.radius * face.normal);
+          return Vec3(part.vertex(part.face_vertices[face.first + k]) + part.radius * face.normal);
         };
         const auto add = [&](const Vec3& p) {
           if (thinning.fresh(p) && exposed(p, i)) points_.push_back(p);
@@ -272,7 +272,7 @@ class Union {
         if (face.internal) continue;
         if (std::abs(face.normal.dot(p) - face.offset - part.radius) >= nearest) continue;
         const Vec3 q = nearest_on_polygon(p, face.normal, face.count, [&](int k) {
-          return Vec3(part.vertex(part.loops[face.first + k]) + part.radius * face.normal);
+          return Vec3(part.vertex(part.face_vertices[face.first + k]) + part.radius * face.normal);
         });
         const double distance = (p - q).norm();
         if (distance >= nearest) continue;

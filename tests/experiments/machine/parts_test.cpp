@@ -172,11 +172,11 @@ TEST(MachineParts, FacesAreSeamsWhollyOrNotAtAll) {
         seams += face.internal;
         Vec3 middle = Vec3::Zero();
         for (int k = 0; k < face.count; ++k) {
-          middle += part.vertex(part.loops[face.first + k]) / face.count;
+          middle += part.vertex(part.face_vertices[face.first + k]) / face.count;
         }
         if (std::string(maker.name).ends_with("auger") && part.faces.size() > 48) continue;
         for (int k = 0; k < face.count; ++k) {
-          const Vec3 corner = part.vertex(part.loops[face.first + k]);
+          const Vec3 corner = part.vertex(part.face_vertices[face.first + k]);
           for (const double inwards : {0.01, 0.5, 1.0}) {
             const Vec3 beyond = corner + inwards * (middle - corner) + 1e-6 * face.normal;
             EXPECT_EQ(height(solid.parts, beyond) < 0, face.internal) << maker.name;

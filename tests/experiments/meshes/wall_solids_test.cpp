@@ -35,10 +35,10 @@ const ConvexPart::Face& seam(const ConvexPart& part) {
 double volume(const ConvexPart& part) {
   double six_volumes = 0;  // of tetrahedra from the origin to fans of the faces
   for (const auto& face : part.faces) {
-    const Vec3 a = part.vertex(part.loops[face.first]);
+    const Vec3 a = part.vertex(part.face_vertices[face.first]);
     for (int i = 1; i + 1 < face.count; ++i) {
-      six_volumes += a.dot(part.vertex(part.loops[face.first + i])
-                               .cross(part.vertex(part.loops[face.first + i + 1])));
+      six_volumes += a.dot(part.vertex(part.face_vertices[face.first + i])
+                               .cross(part.vertex(part.face_vertices[face.first + i + 1])));
     }
   }
   return six_volumes / 6;
@@ -73,9 +73,9 @@ void expect_tiling(const std::vector<ConvexPart>& parts, double size, double are
     for (const auto& face : part.faces) {
       if (face.normal.dot(turn.col(2)) < 0.999) continue;
       for (int k = 1; k + 1 < face.count; ++k) {
-        const Vec3 a = part.vertex(part.loops[face.first]);
-        sum += 0.5 * (part.vertex(part.loops[face.first + k]) - a)
-                         .cross(part.vertex(part.loops[face.first + k + 1]) - a)
+        const Vec3 a = part.vertex(part.face_vertices[face.first]);
+        sum += 0.5 * (part.vertex(part.face_vertices[face.first + k]) - a)
+                         .cross(part.vertex(part.face_vertices[face.first + k + 1]) - a)
                          .norm();
       }
     }

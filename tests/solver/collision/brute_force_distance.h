@@ -76,7 +76,7 @@ inline Placed place(const ConvexPart& part, const Pose& pose) {
   for (const auto& e : part.edges) out.edges.push_back({out.vertices[e[0]], out.vertices[e[1]]});
   for (const auto& f : part.faces) {
     out.normals.push_back(pose.rotation * f.normal);
-    const auto* loop = &part.loops[f.first];
+    const auto* loop = &part.face_vertices[f.first];
     for (int k = 1; k + 1 < f.count; ++k) {
       out.triangles.push_back(
           {out.vertices[loop[0]], out.vertices[loop[k]], out.vertices[loop[k + 1]]});

@@ -79,7 +79,7 @@ Vec3 on_a_feature(const ConvexPart& part, Random& random) {
   const auto& face = part.faces[random.below(static_cast<int>(part.faces.size()))];
   Vec3 middle = Vec3::Zero();
   for (int i = 0; i < face.count; ++i) {
-    middle += part.vertex(part.loops[face.first + i]) / face.count;
+    middle += part.vertex(part.face_vertices[face.first + i]) / face.count;
   }
   const Vec3 choice[] = {first, 0.5 * (part.vertex(edge[0]) + part.vertex(edge[1])), middle};
   return choice[random.below(3)];

@@ -20,7 +20,7 @@ inline ConvexPart scaled(ConvexPart part, double factor) {
     for (double& value : *coordinate) value *= factor;
   }
   for (auto& face : part.faces) face.offset *= factor;
-  for (auto& spoke : part.spokes) spoke.inverse_length /= factor;
+  for (auto& edge : part.vertex_edges) edge.inverse_length /= factor;
   part.center *= factor;
   part.bounding_radius *= factor;
   part.radius *= factor;

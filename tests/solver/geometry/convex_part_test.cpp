@@ -31,7 +31,7 @@ std::vector<Vec3> points_on_sphere(int count) {
   return points;
 }
 
-// Loops run counter-clockwise on their planes, edges are those of the loops, and V - E + F = 2.
+// Faces are counter-clockwise on their planes, edges are those of the faces, and V - E + F = 2.
 // `merged` (relative to the size): how far slivers that were merged may leave vertices off planes.
 void expect_sound(const ConvexPart& part, double merged = 1e-12) {
   EXPECT_TRUE(inspect(surface_mesh(part)).sound()) << inspect(surface_mesh(part)).sentence();
@@ -46,7 +46,7 @@ void expect_sound(const ConvexPart& part, double merged = 1e-12) {
   }
   for (const auto& face : part.faces) {
     for (int k = 0; k < face.count; ++k) {
-      const Vec3 v = part.vertex(part.loops[face.first + k]);
+      const Vec3 v = part.vertex(part.face_vertices[face.first + k]);
       EXPECT_NEAR(face.normal.dot(v), face.offset, merged * part.bounding_radius);
     }
   }

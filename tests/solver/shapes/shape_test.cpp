@@ -196,7 +196,7 @@ std::vector<Vec3> seam(const ConvexPart& part, const Vec3& n) {
   }
   std::vector<Vec3> corners;
   for (int k = 0; best && k < best->count; ++k) {
-    corners.push_back(part.vertex(part.loops[best->first + k]));
+    corners.push_back(part.vertex(part.face_vertices[best->first + k]));
   }
   return corners;
 }
