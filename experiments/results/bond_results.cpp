@@ -46,7 +46,7 @@ std::vector<BondBox> intact_bonds_at(const Case& c, const std::vector<BondOutcom
     const BeamLaw& law = model.beams[static_cast<std::size_t>(bond.law)];
     const BodyInMotion a = body_at(model, frame, bond.a), b = body_at(model, frame, bond.b);
     const BeamPose pose = pose_of(law, bond, a, b);
-    bridges.push_back({static_cast<int>(k), a.position + pose.arm_a + 0.5 * pose.apart,
+    bridges.push_back({static_cast<int>(k), a.position + pose.arm_a + 0.5 * pose.end_offset,
                        Quat(pose.axes),
                        Vec3(law.length, 2 * law.section.half_width, 2 * law.section.half_height)});
   }

@@ -31,18 +31,18 @@ TurnFactors turn_factors(double w, const Vec3& v) {
 // From moments that do work on the deformations to moments on the ends; symmetric, so that the same
 // takes relative angular velocities to rates of the deformations.
 Vec3 to_ends(const BeamPose& pose, const Vec3& m) {
-  // half = v / (1 + w) of the quaternion, which has |v|^2 + w^2 = 1.
-  const double h2 = pose.half.squaredNorm(), w = (1 - h2) / (1 + h2);
-  const Vec3 v = (1 + w) * pose.half;
+  // quarter_tangent = v / (1 + w) of the quaternion, which has |v|^2 + w^2 = 1.
+  const double h2 = pose.quarter_tangent.squaredNorm(), w = (1 - h2) / (1 + h2);
+  const Vec3 v = (1 + w) * pose.quarter_tangent;
   const TurnFactors f = turn_factors(w, v);
   return f.across * m + (f.along * v.dot(m)) * v;
 }
 
 // mobility_of(), each body with a part of its mass and inertia.
-Mat6 mobility(const BeamLaw& law, const Bond& bond, const Shape& a, double share_a, const Shape& b,
-              double share_b) {
+Mat6 mobility(const BeamLaw& law, const Bond& bond, const Shape& a, double mass_fraction_a,
+              const Shape& b, double mass_fraction_b) {
   Mat6 sum = Mat6::Zero();
-  const auto add = [&](const Shape& body, double share, const Quat& axes, const Vec3& end,
+  const auto add = [&](const Shape& body, double fraction, const Quat& axes, const Vec3& end,
                        double side) {
     const Mat3 to_beam = axes.conjugate().toRotationMatrix();
     const Vec3 arm = to_beam * end + side * 0.5 * law.length * Vec3::UnitX();
@@ -50,13 +50,13 @@ Mat6 mobility(const BeamLaw& law, const Bond& bond, const Shape& a, double share
     Mat6 rates = Mat6::Identity();
     rates.topRightCorner<3, 3>() = -cross_matrix(arm);
     Mat6 inverse_mass = Mat6::Zero();
-    inverse_mass.topLeftCorner<3, 3>() = Mat3::Identity() / (share * body.mass);
+    inverse_mass.topLeftCorner<3, 3>() = Mat3::Identity() / (fraction * body.mass);
     inverse_mass.bottomRightCorner<3, 3>() =
-        to_beam * (share * body.inertia).cwiseInverse().asDiagonal() * to_beam.transpose();
+        to_beam * (fraction * body.inertia).cwiseInverse().asDiagonal() * to_beam.transpose();
     sum += rates * inverse_mass * rates.transpose();
   };
-  add(a, share_a, bond.axes_a, bond.end_a, 1);
-  add(b, share_b, bond.axes_b, bond.end_b, -1);
+  add(a, mass_fraction_a, bond.axes_a, bond.end_a, 1);
+  add(b, mass_fraction_b, bond.axes_b, bond.end_b, -1);
   return sum;
 }
 
@@ -130,13 +130,13 @@ Mat6 mobility_of(const BeamLaw& law, const Bond& bond, const Shape& a, const Sha
   return mobility(law, bond, a, 1, b, 1);
 }
 
-double highest_frequency(const BeamLaw& law, const Bond& bond, const Shape& a, double share_a,
-                         const Shape& b, double share_b) {
+double highest_frequency(const BeamLaw& law, const Bond& bond, const Shape& a,
+                         double mass_fraction_a, const Shape& b, double mass_fraction_b) {
   const BeamSprings k = stiffness_of(law);
   Eigen::Matrix<double, 6, 1> root;
   root << k.linear.cwiseSqrt(), k.angular.cwiseSqrt();
-  const Mat6 m =
-      root.asDiagonal() * mobility(law, bond, a, share_a, b, share_b) * root.asDiagonal();
+  const Mat6 m = root.asDiagonal() * mobility(law, bond, a, mass_fraction_a, b, mass_fraction_b) *
+                 root.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Mat6> solver(m, Eigen::EigenvaluesOnly);
   return std::sqrt(solver.eigenvalues().maxCoeff());
 }
@@ -157,11 +157,11 @@ BeamPose pose_of(const BeamLaw& law, const Bond& bond, const BodyInMotion& a,
   const double w = std::min(1.0, between.w());
   const TurnFactors f = turn_factors(w, between.vec());
   p.rotation = 2 * f.across * between.vec();
-  p.half = between.vec() / (1 + w);
+  p.quarter_tangent = between.vec() / (1 + w);
   p.arm_a = a.orientation * bond.end_a;
   p.arm_b = b.orientation * bond.end_b;
-  p.apart = (b.position - a.position) + (p.arm_b - p.arm_a);
-  p.displacement = p.axes.transpose() * p.apart - law.length * Vec3::UnitX();
+  p.end_offset = (b.position - a.position) + (p.arm_b - p.arm_a);
+  p.displacement = p.axes.transpose() * p.end_offset - law.length * Vec3::UnitX();
   return p;
 }
 
@@ -177,25 +177,25 @@ double elastic_energy(const BeamSprings& k, const BeamPose& pose) {
 Vec6 rates_of(const BeamPose& pose, const BodyInMotion& a, const BodyInMotion& b) {
   // Angular velocities, rad/s: of b relative to a, and of the axes in the middle.
   const Vec3 omega = b.angular_velocity - a.angular_velocity;
-  const Vec3 middle_omega =
-      0.5 * (a.angular_velocity + b.angular_velocity) - 0.5 * (pose.axes * pose.half).cross(omega);
+  const Vec3 middle_omega = 0.5 * (a.angular_velocity + b.angular_velocity) -
+                            0.5 * (pose.axes * pose.quarter_tangent).cross(omega);
   const Vec3 velocity = (b.velocity + b.angular_velocity.cross(pose.arm_b)) -
                         (a.velocity + a.angular_velocity.cross(pose.arm_a)) -
-                        middle_omega.cross(pose.apart);
+                        middle_omega.cross(pose.end_offset);
   Vec6 rates;
   rates << pose.axes.transpose() * velocity, to_ends(pose, pose.axes.transpose() * omega);
   return rates;
 }
 
-// The gradient of the elastic energy. With f the force in the beam, d from end to end, h `half` and
-// m the moments as the ends have them: on a (d x f + (d x f) x h) / 2 + m, on b
-// (d x f - (d x f) x h) / 2 - m, together d x f, which the pair of forces takes away.
+// The gradient of the elastic energy. With f the force in the beam, d from end to end, h
+// `quarter_tangent` and m the moments as the ends have them: on a (d x f + (d x f) x h) / 2 + m, on
+// b (d x f - (d x f) x h) / 2 - m, together d x f, which the pair of forces takes away.
 BeamLoad load_of(const BeamPose& pose, const BeamForces& forces) {
   BeamLoad load;
   load.force = pose.axes * forces.force;
-  const Vec3 torque = 0.5 * pose.apart.cross(load.force);
+  const Vec3 torque = 0.5 * pose.end_offset.cross(load.force);
   const Vec3 moment =
-      torque.cross(pose.axes * pose.half) + pose.axes * to_ends(pose, forces.moment);
+      torque.cross(pose.axes * pose.quarter_tangent) + pose.axes * to_ends(pose, forces.moment);
   load.moment_a = torque + moment + pose.arm_a.cross(load.force);
   load.moment_b = torque - moment - pose.arm_b.cross(load.force);
   return load;

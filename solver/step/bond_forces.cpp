@@ -23,7 +23,7 @@ bool acts(const Model& model, const State& s, std::size_t bond) {
 }
 
 Vec3 middle_of(const BodyInMotion& a, const BeamPose& pose) {
-  return a.position + pose.arm_a + 0.5 * pose.apart;
+  return a.position + pose.arm_a + 0.5 * pose.end_offset;
 }
 
 double energy_now(const Model& model, const BondWorkspace& w, const State& s, std::size_t bond) {

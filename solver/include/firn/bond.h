@@ -13,7 +13,8 @@
 
 namespace firn {
 
-// Axes of a beam: x along it from a to b, y along the width of its section, z along the height.
+// Cross section. Axes of a beam: x along it from a to b, y along the width of its section, z along
+// the height.
 struct BeamSection {
   double area = 0;               // m^2
   double shear_coefficient = 1;  // shear area over area; Cowper (1966)
@@ -36,9 +37,9 @@ struct BeamLaw {
   double damping_ratio = 0;                     // of each of the six deformations separately
 };
 
-// A beam between the particles a and b. The ends are given in the principal axes of the bodies
-// about their centers of mass. The beam is free of stress if both ends have equal axes and end b is
-// at the distance `length` along x from end a.
+// A beam between the particles a and b. The ends are given in body axes, from the centers of mass.
+// The beam is free of stress if both ends have equal axes and end b is at the distance `length`
+// along x from end a.
 struct Bond {
   int a = 0, b = 0;                                           // particles
   int law = 0;                                                // index into Model::beams
@@ -46,7 +47,7 @@ struct Bond {
   Quat axes_a = Quat::Identity(), axes_b = Quat::Identity();  // beam axes -> body axes
 };
 
-// Pose and velocity of a body, world axes; body axes are the principal ones.
+// Pose and velocity of a body, world axes. Body axes are the principal axes.
 struct BodyInMotion {
   Vec3 position = Vec3::Zero();          // m, center of mass
   Vec3 velocity = Vec3::Zero();          // m/s, of the center of mass
@@ -55,8 +56,8 @@ struct BodyInMotion {
 };
 
 // A bond between two bodies that is free of stress in their current poses. The beam has its center
-// at `middle` (m, world), x along `axis` (any length, from a to b) and z along the part of `up`
-// normal to it.
+// at `middle` (m, world), x along `axis` (any length, from a to b) and z along the component of
+// `up` normal to `axis`. `length`: m.
 Bond make_bond(int a, int b, int law, double length, const BodyInMotion& at_a,
                const BodyInMotion& at_b, const Vec3& middle, const Vec3& axis, const Vec3& up);
 
@@ -66,30 +67,32 @@ struct BeamSprings {
   Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
 };
 BeamSprings stiffness_of(const BeamLaw& law);
-// Damping constants for BeamLaw::damping_ratio, for each deformation separately, with the masses of
-// both bodies.
+// Damping constants for BeamLaw::damping_ratio, for each deformation separately, from the stiffness
+// and the mobility of both bodies.
 BeamSprings damping_of(const BeamLaw& law, const Bond& bond, const Shape& a, const Shape& b);
 // Mobility of the six deformations under forces of the same kind, with the bodies free: rate of one
-// over impulse of another, beam axes, in the pose without stress. Displacements first, then
-// rotations.
+// over impulse of another, beam axes, in the pose without stress. Three displacements, then three
+// rotations: 1/kg, 1/(kg m) and 1/(kg m^2).
 using Mat6 = Eigen::Matrix<double, 6, 6>;
 using Vec6 = Eigen::Matrix<double, 6, 1>;
 Mat6 mobility_of(const BeamLaw& law, const Bond& bond, const Shape& a, const Shape& b);
-// Largest angular frequency (rad/s) of two bodies on the beam with the fractions `share_a` and
-// `share_b` of their mass and inertia. With the fractions 1 / (number of bonds of the body), the
-// maximum over all bonds is an upper bound for the assembly (Irons and Treharne, 1971).
-double highest_frequency(const BeamLaw& law, const Bond& bond, const Shape& a, double share_a,
-                         const Shape& b, double share_b);
+// Largest angular frequency (rad/s) of two bodies on the beam with the fractions `mass_fraction_a`
+// and `mass_fraction_b` of their mass and inertia. With the fractions 1 / (number of bonds of the
+// body), the maximum over all bonds is an upper bound for the assembly (Irons and Treharne, 1971).
+double highest_frequency(const BeamLaw& law, const Bond& bond, const Shape& a,
+                         double mass_fraction_a, const Shape& b, double mass_fraction_b);
 
 // Deformation and pose of a beam. Deformations are expressed in axes midway between those of the
 // ends, so that both ends are equivalent.
 struct BeamPose {
   Vec3 displacement = Vec3::Zero();  // m, stretch and two shears, beam axes
   Vec3 rotation = Vec3::Zero();      // rad, rotation vector from a's end to b's, beam axes
-  Vec3 half = Vec3::Zero();   // tangent of a quarter of that angle, along its axis, beam axes
-  Vec3 apart = Vec3::Zero();  // m, from end a to end b, world
-  Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero();  // m, of the ends from the centers, world
-  Mat3 axes = Mat3::Identity();                     // of the middle: beam axes -> world
+  // Tangent of a quarter of the angle of that rotation, along its axis, beam axes.
+  Vec3 quarter_tangent = Vec3::Zero();
+  Vec3 end_offset = Vec3::Zero();  // m, from end a to end b, world
+  // m, from the centers of mass to the ends, world.
+  Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero();
+  Mat3 axes = Mat3::Identity();  // of the middle of the beam: beam axes -> world
 };
 BeamPose pose_of(const BeamLaw& law, const Bond& bond, const BodyInMotion& a,
                  const BodyInMotion& b);
@@ -115,7 +118,7 @@ BeamLoad load_of(const BeamPose& pose, const BeamForces& forces);
 // Largest stresses by cause, Pa. Normal stresses are added, and so are shear stresses.
 struct BeamStress {
   double tension = 0;  // below 0: compression
-  double bending = 0;  // larger one of both ends, in the outermost fiber
+  double bending = 0;  // in the outermost fiber, the larger one of both ends
   double shear = 0;    // mean over the section
   double torsion = 0;
 };
