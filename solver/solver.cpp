@@ -204,7 +204,7 @@ void Solver::add_frame_motion(int frame, const Motion& motion, int group) {
 
 void Solver::add_motor(int frame, int axis, const Motor& motor, int group) {
   impl_->state.stage_motors.push_back(motor);
-  impl_->state.stage_motor_joint.push_back(frame * kMostJoints + axis);
+  impl_->state.stage_motor_joint.push_back(frame * kMaxJoints + axis);
   impl_->state.stage_motor_group.push_back(group);
 }
 
@@ -333,8 +333,8 @@ void Solver::clear_boundary_loads() {
   }
   for (FrameMotion& frame : s.frames) {
     frame.impulse = frame.angular_impulse = Vec3::Zero();
-    std::fill_n(frame.motor_impulse, kMostJoints, 0.0);
-    std::fill_n(frame.limit_impulse, kMostJoints, 0.0);
+    std::fill_n(frame.motor_impulse, kMaxJoints, 0.0);
+    std::fill_n(frame.limit_impulse, kMaxJoints, 0.0);
   }
   std::fill(s.boundary_impulse.begin(), s.boundary_impulse.end(), Vec3::Zero());
   std::fill(s.boundary_angular_impulse.begin(), s.boundary_angular_impulse.end(), Vec3::Zero());

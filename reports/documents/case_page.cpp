@@ -70,7 +70,7 @@ class Prescribed {
  private:
   static RigidMotion of_list(const std::vector<Motion>& motions, double t) {
     RigidMotion motion;
-    for (const Motion& m : motions) motion.carry(m, Vec3::Zero(), m.total_displacement(t));
+    for (const Motion& m : motions) motion.append(m, Vec3::Zero(), m.total_displacement(t));
     return motion;
   }
   RigidMotion of_frame(int frame, double t) const {
@@ -296,8 +296,8 @@ ScenePoses scene_poses(const Case& c, int most) {
     const Boundary& drawn = c.model.boundaries[b];
     const BoundaryState& now = solver.boundaries()[b];
     RigidMotion motion;
-    motion.turn = now.orientation * drawn.orientation.conjugate();
-    motion.shift = now.position - motion.turn * drawn.origin;
+    motion.rotation = now.orientation * drawn.orientation.conjugate();
+    motion.translation = now.position - motion.rotation * drawn.origin;
     started.push_back(motion);
   }
 
@@ -322,7 +322,7 @@ ScenePoses scene_poses(const Case& c, int most) {
       const RigidMotion motion = started[b] * prescribed.of_boundary(b, t);
       const bool there = t < removal_time(drawn.name, stages);
       tracks.position.push_back(packed(there ? motion(drawn.origin) : Vec3::Constant(NAN)));
-      tracks.orientation.push_back(packed(Quat(motion.turn * drawn.orientation)));
+      tracks.orientation.push_back(packed(Quat(motion.rotation * drawn.orientation)));
     }
   }
   return poses;

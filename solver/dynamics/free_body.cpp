@@ -10,9 +10,9 @@ namespace {
 // So near to a stop a coordinate is on it.
 constexpr double kAtStop = 1e-12;
 
-using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostJoints, kMostJoints>;
-using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostJoints, 1>;
-using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMostJoints>;
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxJoints, kMaxJoints>;
+using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxJoints, 1>;
+using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxJoints>;
 
 // Rates that are found by repetition differ by less than this part from one to the next.
 constexpr double kSame = 1e-15;
@@ -140,7 +140,7 @@ KickResult integrate_free_body(const FreeBody& body, const Vec3& origin,
   const double h = 0.5 * dt;
   Vector u = rates(motion, n);
   // What friction and motors give against a jump of the parent, of what they can give in all.
-  double friction_given[kMostJoints] = {}, drive_given[kMostJoints] = {};
+  double friction_given[kMaxJoints] = {}, drive_given[kMaxJoints] = {};
   if (half == HalfKick::first && at.parent_moves) {
     const Vector before = u;
     const Vec3 jump =
@@ -170,7 +170,7 @@ KickResult integrate_free_body(const FreeBody& body, const Vec3& origin,
   const Vector start = u;
   const Matrix inverse = response(body, axes.mass, h);
   KickResult result;
-  double motor_impulse[kMostJoints] = {};
+  double motor_impulse[kMaxJoints] = {};
   const auto kicked = [&](const Vector& rates_of_forces) {
     Vector impulse = h * forces_at(body, axes, at, rates_of_forces);
     for (std::size_t k = 0; k < body.joints.size(); ++k) {

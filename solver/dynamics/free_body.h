@@ -24,7 +24,7 @@ struct FreeBodyState {
   Vec3 gravity = Vec3::Zero();                         // m/s^2
 };
 
-// [kMostJoints] each: m or rad; m/s or rad/s; N s or N m s. The last three rates of a body that
+// [kMaxJoints] each: m or rad; m/s or rad/s; N s or N m s. The last three rates of a body that
 // turns freely are its angular velocity relative to the parent, in the parent's axes.
 struct FreeBodyMotion {
   double* coordinate;
@@ -34,7 +34,7 @@ struct FreeBodyMotion {
 };
 
 // Which joints are held by friction, a motor or a limit.
-using HeldAxes = std::array<bool, kMostJoints>;
+using HeldAxes = std::array<bool, kMaxJoints>;
 struct KickResult {
   bool driven = false;  // a motor acted
   HeldAxes held = {};

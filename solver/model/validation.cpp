@@ -118,9 +118,9 @@ void check_free_body(const MotionFrame& frame) {
   if (body.joints.empty() && !body.free_rotation) fail("is free, but has no joint to move along");
   if (rotations + (body.free_rotation ? 1 : 0) > 1)
     fail("turns about more than one axis; expected one rotation, or free turning about all");
-  if (body.joints.size() + (body.free_rotation ? 3 : 0) > kMostJoints)
+  if (body.joints.size() + (body.free_rotation ? 3 : 0) > kMaxJoints)
     fail(fmt::format("has {} axes; expected at most {}", body.joints.size(),
-                     kMostJoints - (body.free_rotation ? 3 : 0)));
+                     kMaxJoints - (body.free_rotation ? 3 : 0)));
   if (!(body.mass > 0) || !body.inertia.allFinite()) fail("is free, but has no mass or inertia");
   if (!(min_effective_mass(body, frame.origin, body.center - frame.origin) > 0))
     fail(

@@ -40,15 +40,15 @@ struct FrameMotion {
   Vec3 angular_velocity = Vec3::Zero();              // rad/s, world
   Vec3 velocity_change = Vec3::Zero();  // changes of both velocities since the previous step
   Vec3 angular_velocity_change = Vec3::Zero();
-  Vec3 impulse = Vec3::Zero();             // N s, by contacts since the last clearing
-  Vec3 angular_impulse = Vec3::Zero();     // N m s, about the moving origin
-  double coordinate[kMostJoints] = {};     // m or rad, of the axes
-  double rate[kMostJoints] = {};           // m/s or rad/s; the last three of a body that turns
-                                           // freely: its angular velocity relative to the
-                                           // parent, in the parent's axes
-  double motor_impulse[kMostJoints] = {};  // N s or N m s, by motors
-  double limit_impulse[kMostJoints] = {};  // and by hard stops, both since they were cleared
-  double driven = 0;                       // 1: a motor acted in the last step
+  Vec3 impulse = Vec3::Zero();            // N s, by contacts since the last clearing
+  Vec3 angular_impulse = Vec3::Zero();    // N m s, about the moving origin
+  double coordinate[kMaxJoints] = {};     // m or rad, of the axes
+  double rate[kMaxJoints] = {};           // m/s or rad/s; the last three of a body that turns
+                                          // freely: its angular velocity relative to the
+                                          // parent, in the parent's axes
+  double motor_impulse[kMaxJoints] = {};  // N s or N m s, by motors
+  double limit_impulse[kMaxJoints] = {};  // and by hard stops, both since they were cleared
+  double driven = 0;                      // 1: a motor acted in the last step
 };
 
 // Two bodies that may touch before the neighbor list is rebuilt.
@@ -150,7 +150,7 @@ struct State {
   std::vector<Motion> stage_motions;
   std::vector<std::int32_t> stage_motion_mover, stage_motion_group;  // a boundary, or B + frame
   std::vector<Motor> stage_motors;
-  std::vector<std::int32_t> stage_motor_joint, stage_motor_group;  // frame * kMostJoints + axis
+  std::vector<std::int32_t> stage_motor_joint, stage_motor_group;  // frame * kMaxJoints + axis
   // Contacts
   bool neighbor_list_invalid = true;
   HugePageVector<Pair> pairs;  // [P] along a curve through space (neighbor_list.cpp)

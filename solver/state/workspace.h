@@ -153,8 +153,8 @@ struct BoundaryContactTable {
 struct BoundaryMotionScratch {
   std::vector<const Motion*> motions;  // of the model and of stages
   std::vector<RigidMotion> carried;    // [motions] displacement by the motions before each
-  std::array<std::vector<const Motor*>, kMostJoints> motors;  // [axes] of a free body
-  std::vector<FrameMotion> frames;                            // at the start of the step
+  std::array<std::vector<const Motor*>, kMaxJoints> motors;  // [axes] of a free body
+  std::vector<FrameMotion> frames;                           // at the start of the step
   std::vector<BodyLoad> loads;  // [frames] on the bodies of mechanisms then
 };
 

@@ -21,7 +21,7 @@ void apply(const Motion& m, const RigidMotion* by, const Vec3& origin, double t,
            Place& place) {
   const double way = m.displacement(t, dt);
   if (way == 0) return;
-  const auto direction = [&](const Vec3& v) { return by ? Vec3(by->turn * v) : v; };
+  const auto direction = [&](const Vec3& v) { return by ? Vec3(by->rotation * v) : v; };
   if (m.kind == Motion::Kind::translation) {
     place.position += direction(m.profile == Motion::Profile::constant ? m.velocity : m.axis) * way;
     return;
@@ -29,7 +29,7 @@ void apply(const Motion& m, const RigidMotion* by, const Vec3& origin, double t,
   const Vec3 axis = direction(m.axis);
   const Quat turn(Eigen::AngleAxisd(way, axis));
   Vec3 center = m.center - origin;
-  if (by) center = by->turn * center + by->shift;
+  if (by) center = by->rotation * center + by->translation;
   place.position = center + turn * (place.position - center);
   place.orientation = turn * place.orientation;
   if (place.turned.isZero(0)) {
@@ -59,7 +59,7 @@ void apply_all(const std::vector<Motion>& motions, std::size_t mover, const Vec3
   for (std::size_t j = 1; j < all.size(); ++j) {
     const double way = all[j - 1]->total_displacement(s.time);
     carried[j] = carried[j - 1];
-    carried[j].carry(*all[j - 1], origin, way);
+    carried[j].append(*all[j - 1], origin, way);
     if (way == 0 && still == j) ++still;
   }
   for (std::size_t j = all.size(); j-- > 0;)
@@ -123,7 +123,7 @@ void gather_motors(const Model& model, const State& s, std::size_t f, std::size_
   motors.clear();
   for (const Motor& d : model.frames[f].free->joints[joint].motors) motors.push_back(&d);
   for (std::size_t e = 0; e < s.stage_motors.size(); ++e) {
-    if (s.stage_motor_joint[e] == static_cast<int>(f * kMostJoints + joint))
+    if (s.stage_motor_joint[e] == static_cast<int>(f * kMaxJoints + joint))
       motors.push_back(&s.stage_motors[e]);
   }
 }

@@ -86,10 +86,10 @@ struct FreeBody {
   double mass = 0;              // kg
   Vec3 center = Vec3::Zero();   // m, center of mass, world at t = 0
   Mat3 inertia = Mat3::Zero();  // kg m^2 about the center of mass, world axes at t = 0
-  std::vector<Joint> joints;    // at most kMostJoints; at most one rotation
+  std::vector<Joint> joints;    // at most kMaxJoints; at most one rotation
   bool free_rotation = false;   // ball joint; none of `joints` is then a rotation
 };
-inline constexpr int kMostJoints = 6;
+inline constexpr int kMaxJoints = 6;
 
 struct MotionFrame {
   std::string name;

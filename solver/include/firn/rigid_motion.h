@@ -7,29 +7,31 @@
 
 namespace firn {
 
-// Rigid motion from t = 0: x -> turn x + shift.
+// Rigid motion from t = 0, world axes: x -> rotation x + translation.
 struct RigidMotion {
-  Quat turn = Quat::Identity();
-  Vec3 shift = Vec3::Zero();  // m
+  Quat rotation = Quat::Identity();
+  Vec3 translation = Vec3::Zero();  // m
 
-  Vec3 operator()(const Vec3& x) const { return turn * x + shift; }
+  Vec3 operator()(const Vec3& x) const { return rotation * x + translation; }
   // First `other`, then this one.
   RigidMotion operator*(const RigidMotion& other) const {
-    return {turn * other.turn, turn * other.shift + shift};
+    return {rotation * other.rotation, rotation * other.translation + translation};
   }
 
-  // Appends a prescribed motion relative to this one, with the displacement `way` (m or rad; s for
-  // a steady translation). Centers of rotation are relative to `origin` (m).
-  void carry(const Motion& m, const Vec3& origin, double way) {
-    if (way == 0) return;
+  // Appends a prescribed motion relative to this one, with the displacement of
+  // Motion::displacement() (m or rad; s for a translation at constant velocity). Its center of
+  // rotation is taken relative to `origin` (m).
+  void append(const Motion& m, const Vec3& origin, double displacement) {
+    if (displacement == 0) return;
     if (m.kind == Motion::Kind::translation) {
-      shift += turn * (m.profile == Motion::Profile::constant ? m.velocity : m.axis) * way;
+      translation +=
+          rotation * (m.profile == Motion::Profile::constant ? m.velocity : m.axis) * displacement;
       return;
     }
-    const Quat one(Eigen::AngleAxisd(way, m.axis));
+    const Quat one(Eigen::AngleAxisd(displacement, m.axis));
     const Vec3 center = m.center - origin;
-    shift += turn * Vec3(center - one * center);
-    turn = (turn * one).normalized();
+    translation += rotation * Vec3(center - one * center);
+    rotation = (rotation * one).normalized();
   }
 };
 
