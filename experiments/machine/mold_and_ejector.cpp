@@ -9,7 +9,7 @@ namespace firn {
 namespace {
 
 double arc_radius(const CrescentParameters& cube) {
-  const double sagitta = cube.depth - cube.tip;
+  const double sagitta = cube.depth - cube.tip_height;
   return (cube.chord * cube.chord / 4 + sagitta * sagitta) / (2 * sagitta);
 }
 
@@ -75,9 +75,9 @@ MoldSection mold_section(const Mold& m, double rim, double notch) {
 }
 
 void check(const Mold& m, double rim, double half_width_at_rim) {
-  require(
-      m.cube.tip > 0 && m.cube.tip < m.cube.depth && m.cube.depth - m.cube.tip <= m.cube.chord / 2,
-      "depth", "and tip make no arc of the chord; expected tip < depth <= tip + chord / 2");
+  require(m.cube.tip_height > 0 && m.cube.tip_height < m.cube.depth &&
+              m.cube.depth - m.cube.tip_height <= m.cube.chord / 2,
+          "depth", "and tip make no arc of the chord; expected tip < depth <= tip + chord / 2");
   require(m.clearance >= 0, "clearance", "is below zero; expected zero or more");
   require(m.freeboard >= 0, "freeboard", "is below zero; expected zero or more");
   require(
@@ -96,7 +96,8 @@ void check(const Mold& m, double rim, double half_width_at_rim) {
   require(m.notch_width >= 0 && m.notch_width < m.cube.chord / 2, "notch_width",
           "is not between zero and half the chord; expected a narrower channel");
   require(
-      m.notch_depth >= 0 && m.notch_depth < 0.75 * (m.cube.depth - m.cube.tip), "notch_depth",
+      m.notch_depth >= 0 && m.notch_depth < 0.75 * (m.cube.depth - m.cube.tip_height),
+      "notch_depth",
       "is not between zero and three quarters of the arc's depth; expected a shallower channel");
 }
 

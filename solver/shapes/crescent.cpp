@@ -17,15 +17,15 @@ void check(const CrescentParameters& p) {
   if (!(p.chord > 0 && p.width > 0 && p.depth > 0)) {
     refuse("chord, width or depth is not above zero; expected three lengths");
   }
-  if (!(p.tip > 0 && p.tip < p.depth)) {
+  if (!(p.tip_height > 0 && p.tip_height < p.depth)) {
     refuse(
         "tip is not between zero and its depth; expected a tip wall above zero and lower than the "
         "body");
   }
-  if (!(p.depth - p.tip <= p.chord / 2)) {
+  if (!(p.depth - p.tip_height <= p.chord / 2)) {
     refuse("arc is deeper than half its chord; expected depth - tip up to chord / 2");
   }
-  if (!(p.dish >= 0 && p.dish < p.depth)) {
+  if (!(p.top_concavity_depth >= 0 && p.top_concavity_depth < p.depth)) {
     refuse("dish is not between zero and its depth; expected a shallower one");
   }
   if (!(p.draft >= 0 && p.width / 2 > p.depth * std::tan(p.draft))) {
@@ -67,7 +67,7 @@ Strips strips_for(int facets) {
 // The circular bottom from tip (-chord/2, -tip) through (0, -depth) to (chord/2, -tip).
 struct Arc {
   explicit Arc(const CrescentParameters& p)
-      : sagitta(p.depth - p.tip),
+      : sagitta(p.depth - p.tip_height),
         radius((p.chord * p.chord / 4 + sagitta * sagitta) / (2 * sagitta)),
         center_z(radius - p.depth),
         half_angle(std::atan2(p.chord / 2, radius - sagitta)) {}
@@ -98,7 +98,7 @@ struct Arc {
 };
 
 double top_height(const CrescentParameters& p, double x) {
-  return -p.dish * (1 - 4 * x * x / (p.chord * p.chord));
+  return -p.top_concavity_depth * (1 - 4 * x * x / (p.chord * p.chord));
 }
 
 // The concave top as `count` straight segments between the tips; the inner corners are moved down
@@ -106,7 +106,7 @@ double top_height(const CrescentParameters& p, double x) {
 // segment is level at the mean height.
 std::vector<Point> top_polygon(const CrescentParameters& p, int count, int reference) {
   // A chord of length s over a parabola of second derivative c holds c s^3 / 12 more.
-  const double curvature = 8 * p.dish / (p.chord * p.chord);
+  const double curvature = 8 * p.top_concavity_depth / (p.chord * p.chord);
   const double step = p.chord / count, reference_step = p.chord / reference;
   const double excess = curvature * p.chord / 12 * (step * step - reference_step * reference_step);
   const double shift = count == 1 ? excess / p.chord : excess / ((count - 1) * step);

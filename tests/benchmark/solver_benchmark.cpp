@@ -54,8 +54,8 @@ void export_crescent(const std::filesystem::path& file, const scenes::ReposeBox&
   nlohmann::json out = {{"chord", p.chord},
                         {"width", p.width},
                         {"depth", p.depth},
-                        {"tip", p.tip},
-                        {"dish", p.dish},
+                        {"tip", p.tip_height},
+                        {"dish", p.top_concavity_depth},
                         {"draft", p.draft},
                         {"mass", b.model.shapes[0].mass},
                         {"box", triple(b.upper - b.lower)}};

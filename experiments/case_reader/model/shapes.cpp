@@ -136,9 +136,9 @@ class ShapeReader {
     p.parts = t.integer("parts", 1, p.parts);
     p.arc_segments = t.integer("arc_segments", 1, p.arc_segments);
     if (o.mass == 0) o.mass = mass;
-    const std::string description =
-        fmt::format("crescent {} {} {} {} {} {} {} {} {} {}", p.chord, p.width, p.depth, p.tip,
-                    p.dish, p.draft, p.facets, p.parts, p.arc_segments, options_text(o));
+    const std::string description = fmt::format(
+        "crescent {} {} {} {} {} {} {} {} {} {}", p.chord, p.width, p.depth, p.tip_height,
+        p.top_concavity_depth, p.draft, p.facets, p.parts, p.arc_segments, options_text(o));
     return made_at(t, "", [&, &parameters = p] {
       return latest_or_made(description, [&] { return make_crescent(parameters, o); });
     });
@@ -237,8 +237,8 @@ NamedCrescent read_crescent(const TomlTable& t) {
                          variant));
     }
   }
-  p.tip = length("tip_height", p.tip, Sign::positive);
-  p.dish = length("top_concavity_depth", p.dish, Sign::non_negative);
+  p.tip_height = length("tip_height", p.tip_height, Sign::positive);
+  p.top_concavity_depth = length("top_concavity_depth", p.top_concavity_depth, Sign::non_negative);
   p.draft = t.quantity("draft", dimension::angle, Sign::non_negative, "3 deg");
   p.facets = t.integer("facets", 4, p.facets);
   if (custom) return {p, 0};

@@ -66,18 +66,18 @@ struct Component {
 };
 Shape make_compound(const std::vector<Component>& components, const ShapeOptions& options);
 
-// The parametric crescent of an icemaker: x chord, y width, z depth (up, water line at z = 0 ...
-// -depth at the bottom of the arc). See docs/shapes.md for the drawing.
+// The parametric crescent of an icemaker. Axes: x chord, y width, z up; the water line is at z = 0,
+// the bottom of the arc at z = -depth. docs/shapes.md has the drawing.
 struct CrescentParameters {
-  double chord = 60.96e-3;      // m, along x
-  double width = 20.574e-3;     // m, along y, at the water line
-  double depth = 13.716e-3;     // m, along z
-  double tip = 2e-3;            // m, height of the blunt vertical tip wall
-  double dish = 1e-3;           // m, depth of the concave top in the middle
-  double draft = 0.0523598776;  // rad, inclination of the sides, inwards towards the bottom
-  int facets = 1272;            // number of triangles of the mesh, rounded to an even number
-  int parts = 4;                // convex pieces along the chord, for contact
-  int arc_segments = 12;        // flat pieces of the outer arc, for contact
+  double chord = 60.96e-3;            // m, along x
+  double width = 20.574e-3;           // m, along y, at the water line
+  double depth = 13.716e-3;           // m, along z
+  double tip_height = 2e-3;           // m, of the vertical wall at each tip
+  double top_concavity_depth = 1e-3;  // m, of the concave top in the middle
+  double draft = 0.0523598776;        // rad, inclination of the sides, inwards towards the bottom
+  int facets = 1272;                  // number of triangles of the mesh, rounded to an even number
+  int parts = 4;                      // convex pieces along the chord, for contact
+  int arc_segments = 12;              // flat pieces of the outer arc, for contact
 
   bool operator==(const CrescentParameters&) const = default;
 };

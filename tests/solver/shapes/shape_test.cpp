@@ -149,11 +149,11 @@ TEST(CrescentMesh, HasTheWantedFacets) {
 TEST(CrescentMesh, PlainSegmentTendsToItsClosedForm) {
   // No dish, no draft: circular segment of chord c and sagitta h on a rectangle of height t.
   CrescentParameters p;
-  p.dish = p.draft = 0;
+  p.top_concavity_depth = p.draft = 0;
   p.facets = 100000;
-  const double h = p.depth - p.tip, r = (p.chord * p.chord / 4 + h * h) / (2 * h);
+  const double h = p.depth - p.tip_height, r = (p.chord * p.chord / 4 + h * h) / (2 * h);
   const double angle = 2 * std::asin(p.chord / 2 / r);
-  const double area = r * r / 2 * (angle - std::sin(angle)) + p.chord * p.tip;
+  const double area = r * r / 2 * (angle - std::sin(angle)) + p.chord * p.tip_height;
   EXPECT_NEAR(mass_properties(crescent_mesh(p)).volume, area * p.width, 2e-5 * area * p.width);
 }
 
@@ -261,7 +261,7 @@ TEST(CrescentParts, FillTheMeshWhateverTheirNumber) {
 
 TEST(CrescentParts, FlatTopIsCutUpright) {
   CrescentParameters p;
-  p.dish = 0;
+  p.top_concavity_depth = 0;
   p.parts = 3;
   const Shape s = make_crescent(p, ice(1e-3));
   for (const Vec3& n : s.parts[1].internal_normals) EXPECT_EQ(std::abs(n.x()), 1);
@@ -275,10 +275,10 @@ TEST(Crescent, ImpossibleOnesAreRefused) {
     EXPECT_THROW(make_crescent(p, ice()), InputError);
   };
   refused([](auto& p) { p.chord = 0; });
-  refused([](auto& p) { p.tip = p.depth; });
-  refused([](auto& p) { p.tip = 0; });
+  refused([](auto& p) { p.tip_height = p.depth; });
+  refused([](auto& p) { p.tip_height = 0; });
   refused([](auto& p) { p.depth = p.chord; });
-  refused([](auto& p) { p.dish = p.depth; });
+  refused([](auto& p) { p.top_concavity_depth = p.depth; });
   refused([](auto& p) { p.draft = 1; });
   refused([](auto& p) { p.facets = 12; });
   refused([](auto& p) { p.parts = 65; });
@@ -423,7 +423,7 @@ TEST(Mesh, OnePartIsTheHull) {
   const Shape s = make_mesh(crescent_mesh(p), options);
   ASSERT_EQ(s.parts.size(), 1u);
   // Deepest in the dish: the hull's flat top spans it. Samples lie within half a strip of there.
-  EXPECT_NEAR(s.surface_deviation, p.dish, 0.01 * p.dish);
+  EXPECT_NEAR(s.surface_deviation, p.top_concavity_depth, 0.01 * p.top_concavity_depth);
 }
 
 TEST(Mesh, TooManyTrianglesAreRefused) {

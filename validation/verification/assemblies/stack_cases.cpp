@@ -193,7 +193,7 @@ std::vector<Check> nested_pile() {
   std::vector<Check> checks;
   for (const bool turned_over : {false, true}) {
     CrescentParameters p;
-    p.dish = 10e-3;
+    p.top_concavity_depth = 10e-3;
     p.draft = 0;
     Model model = empty(law(0.1, 0.3), law(0.1, 0.3));
     const int shape = add_shape(model, crescent(p));

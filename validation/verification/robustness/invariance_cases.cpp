@@ -39,7 +39,8 @@ Model make_model(const Setup& t) {
     m.young_modulus *= force / (t.length * t.length);
   }
   CrescentParameters p = named_crescent("mass-matched", {}).parameters;
-  for (double* length : {&p.chord, &p.width, &p.depth, &p.tip, &p.dish}) *length *= t.length;
+  for (double* length : {&p.chord, &p.width, &p.depth, &p.tip_height, &p.top_concavity_depth})
+    *length *= t.length;
   ShapeOptions options = scenes::ice_options(0, 0, 1e-3 * t.length);
   options.density = model.materials[scenes::kIce].density;
   options.young_modulus = model.materials[scenes::kIce].young_modulus;

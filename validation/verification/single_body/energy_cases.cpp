@@ -48,7 +48,7 @@ std::function<Shape(scenes::Random&)> box(const Vec3& size) {
 std::function<Shape(scenes::Random&)> crescent(double dish) {
   return [dish](scenes::Random&) {
     CrescentParameters p = named_crescent("mass-matched", {}).parameters;
-    p.dish = dish;
+    p.top_concavity_depth = dish;
     return make_crescent(p, scenes::ice_options(kMass, kStiffness, 1e-3));
   };
 }
