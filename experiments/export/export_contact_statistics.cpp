@@ -99,8 +99,8 @@ void export_opposed(const Recording& recording, const std::vector<CompressiveLoa
   for (std::size_t i = 0; i < loads.size(); ++i) {
     const CompressiveLoad& o = loads[i];
     csv.line(fmt::format("{},{},{},{},{}", i, o.load, o.load > 0 ? fmt::format("{}", o.time) : "",
-                         body_field(o.by[0], particles, boundaries),
-                         body_field(o.by[1], particles, boundaries)));
+                         body_field(o.bodies[0], particles, boundaries),
+                         body_field(o.bodies[1], particles, boundaries)));
   }
   csv.close();
 }

@@ -87,7 +87,7 @@ std::vector<Response> statistics_responses(const Recording& recording, const Cas
   const StatisticsOptions& options = c.model.statistics;
   if (options.events) add_contacts(recording, out);
   if (options.compressive_loads) add_opposed(recording, out);
-  if (!options.watched.empty()) add_triangles(recording, out);
+  if (!options.monitored.empty()) add_triangles(recording, out);
   return out;
 }
 

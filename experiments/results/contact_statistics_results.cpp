@@ -71,8 +71,8 @@ constexpr const char* kIntervalStart = "/statistics/intervals/start";
 constexpr const char* kIntervalEnd = "/statistics/intervals/end";
 constexpr const char* kNames = "/statistics/boundary_name";
 
-const std::string& name_of(const Model& model, const WatchedBoundary& watched) {
-  return model.boundaries[static_cast<std::size_t>(watched.boundary)].name;
+const std::string& name_of(const Model& model, const MonitoredBoundary& monitored) {
+  return model.boundaries[static_cast<std::size_t>(monitored.boundary)].name;
 }
 
 // Every table that grows, with the rows that it has.
@@ -86,11 +86,11 @@ void for_each_table(const Case& c, const StatisticsRows& rows, const Visit& visi
     }
     for (const char* name : kEventNumbers) visit(event_path(name), {}, "1", rows.events);
   }
-  if (options.watched.empty()) return;
+  if (options.monitored.empty()) return;
   for (const char* path : {kIntervalStart, kIntervalEnd}) visit(path, {}, "s", rows.intervals);
-  for (const WatchedBoundary& watched : options.watched) {
-    const std::string& name = name_of(c.model, watched);
-    const hdf5::Shape row{watched.mesh.triangles.size()};
+  for (const MonitoredBoundary& monitored : options.monitored) {
+    const std::string& name = name_of(c.model, monitored);
+    const hdf5::Shape row{monitored.mesh.triangles.size()};
     for (const TriangleColumn& column : kTriangleColumns)
       visit(boundary_path(name, column.name), row, column.unit, rows.intervals);
     if (c.wear_rate > 0) visit(boundary_path(name, kWearDepth), row, "m", rows.intervals);
@@ -127,14 +127,14 @@ void append_interval(hdf5::File& file, const Case& c, const LoadInterval& interv
   const double time = interval.end - interval.start;
   std::size_t first = 0;
   std::vector<double> values;
-  for (const WatchedBoundary& watched : c.model.statistics.watched) {
-    const std::size_t count = watched.mesh.triangles.size();
+  for (const MonitoredBoundary& monitored : c.model.statistics.monitored) {
+    const std::size_t count = monitored.mesh.triangles.size();
     const auto append = [&](const char* name, auto value) {
       values.clear();
       for (std::size_t t = 0; t < count; ++t)
         values.push_back(
-            value(interval.triangles[first + t], 0.5 * area_normal(watched.mesh, t).norm()));
-      file.open_table(boundary_path(name_of(c.model, watched), name)).append(values);
+            value(interval.triangles[first + t], 0.5 * area_normal(monitored.mesh, t).norm()));
+      file.open_table(boundary_path(name_of(c.model, monitored), name)).append(values);
     };
     for (const TriangleColumn& column : kTriangleColumns)
       append(column.name,
@@ -168,7 +168,7 @@ void write_opposed(hdf5::File& file, const std::vector<CompressiveLoad>& loads) 
   for (const std::size_t k : {0, 1}) {
     write_field(file, fmt::format("/particles/compressive_load_body_{}", k), "1", all, span,
                 [&](const CompressiveLoad& o) {
-                  return o.load > 0 ? number_of_body(o.by[k], loads.size()) : NAN;
+                  return o.load > 0 ? number_of_body(o.bodies[k], loads.size()) : NAN;
                 });
   }
 }
@@ -221,8 +221,8 @@ void create_statistics(hdf5::File& file, const Case& c) {
       c, {}, [&](const std::string& path, const hdf5::Shape& row, const char* unit, std::uint64_t) {
         file.create_table(path, row, unit);
       });
-  for (const WatchedBoundary& watched : options.watched)
-    write_mesh(file, boundary_path(name_of(model, watched), ""), watched.mesh);
+  for (const MonitoredBoundary& monitored : options.monitored)
+    write_mesh(file, boundary_path(name_of(model, monitored), ""), monitored.mesh);
   for (std::size_t k = 0; k < options.surfaces.size(); ++k)
     write_mesh(file, shape_path(k, ""), options.surfaces[k]);
   if (options.energies.count() == 0) return;

@@ -25,9 +25,8 @@ struct SurfaceMap {
   std::size_t computed = 0;  // triangles in the results file
 };
 
-// Of the watched boundaries, over all intervals; of the shapes, over all particles of each. At most
-// `most` triangles over all of them together. None where the case asked for
-// none.
+// Of the monitored boundaries, over all intervals; of the shapes, over all particles of each. At
+// most `most` triangles over all of them together. None where the case asked for none.
 std::vector<SurfaceMap> boundary_maps(const Recording& recording, std::size_t most);
 std::vector<SurfaceMap> shape_maps(const Recording& recording, std::size_t most);
 

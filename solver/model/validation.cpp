@@ -299,10 +299,10 @@ void check_boundary_contacts(const Model& model) {
 // What read them has seen to the rest.
 void check_statistics(const Model& model) {
   const StatisticsOptions& options = model.statistics;
-  for (const WatchedBoundary& watched : options.watched) {
-    if (watched.boundary < 0 || watched.boundary >= static_cast<int>(model.boundaries.size()) ||
-        watched.mesh.triangles.empty())
-      throw InputError("statistics: a watched boundary has no triangles, or does not exist");
+  for (const MonitoredBoundary& monitored : options.monitored) {
+    if (monitored.boundary < 0 || monitored.boundary >= static_cast<int>(model.boundaries.size()) ||
+        monitored.mesh.triangles.empty())
+      throw InputError("statistics: a monitored boundary has no triangles, or does not exist");
   }
   if (!options.surfaces.empty() && options.surfaces.size() != model.shapes.size())
     throw InputError("statistics: expected a surface for every shape, or none");

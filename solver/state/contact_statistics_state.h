@@ -38,9 +38,9 @@ struct StatisticsState {
   std::vector<EnergySums> energies;        // [1 + boundaries][classes]; particles' own pairs first
   // Loads
   std::vector<CompressiveLoad> opposed;  // [particles]
-  std::vector<TriangleSums> triangles;   // of all watched boundaries, since:
+  std::vector<TriangleSums> triangles;   // of all monitored boundaries, since:
   std::uint64_t interval_start = 0;      // step
-  // [points of the state] triangle of each point at a watched boundary, as of the last contact
+  // [points of the state] triangle of each point at a monitored boundary, as of the last contact
   // search of its pair; and the number of the neighbor list with which the points were stored.
   std::vector<std::uint32_t> triangle_of_point;
   std::uint64_t points_list = 0;

@@ -57,11 +57,12 @@ struct StatisticsWorkspace {
   explicit StatisticsWorkspace(const Model& model);
 
   std::vector<std::int32_t>
-      watched;  // [boundaries] number among the watched boundaries; -1: not watched
-  std::vector<NearestTriangle> watched_index;   // [watched]
-  std::vector<std::uint32_t> first_of_watched;  // [watched] triangle, in StatisticsState::triangles
-  std::vector<NearestTriangle> surface_index;   // [shapes], or none
-  std::vector<std::uint32_t> first_of_shape;    // [shapes] triangle, in StatisticsState::surfaces
+      monitored;  // [boundaries] number among the monitored boundaries; -1: not monitored
+  std::vector<NearestTriangle> monitored_index;  // [monitored]
+  std::vector<std::uint32_t>
+      first_of_monitored;  // [monitored] triangle, in StatisticsState::triangles
+  std::vector<NearestTriangle> surface_index;  // [shapes], or none
+  std::vector<std::uint32_t> first_of_shape;   // [shapes] triangle, in StatisticsState::surfaces
   // Of the present step:
   std::vector<NormalLoadSample> pressed;
   std::vector<std::int32_t> last_pressed;  // [particles] in `pressed`; -1 between two steps

@@ -33,7 +33,7 @@ void note(const NormalLoadSample& p, const NormalLoadSample& q, double time,
   if (!(load > most.load)) return;
   most.load = load;
   most.time = time;
-  most.by = p.force >= q.force ? std::array{p.by, q.by} : std::array{q.by, p.by};
+  most.bodies = p.force >= q.force ? std::array{p.by, q.by} : std::array{q.by, p.by};
 }
 
 }  // namespace

@@ -234,7 +234,7 @@ void end_parted(const Model& model, const StatisticsWorkspace& w, State& s) {
     OpenContact& contact = stats.open[k];
     const std::uint64_t parted = step - stats.sums[k].last;
     if (parted == 0) return true;  // together again
-    if (static_cast<double>(parted) * model.timestep < model.statistics.merge) return false;
+    if (static_cast<double>(parted) * model.timestep < model.statistics.merge_gap) return false;
     ended.push_back(event_of(contact, stats.sums[k], model.timestep));
     if (contact.pair >= 0) stats.open_of_pair[contact.pair] = -1;
     contact.event.a = -1;

@@ -18,13 +18,13 @@ double EnergyClasses::lower_bound(int k) const {
 }
 
 StatisticsWorkspace::StatisticsWorkspace(const Model& model)
-    : watched(model.boundaries.size(), -1),
+    : monitored(model.boundaries.size(), -1),
       last_pressed(model.statistics.compressive_loads ? model.particles.size() : 0, -1) {
   std::uint32_t first = 0;
-  for (const WatchedBoundary& w : model.statistics.watched) {
-    watched[w.boundary] = static_cast<std::int32_t>(watched_index.size());
-    watched_index.emplace_back(w.mesh);
-    first_of_watched.push_back(first);
+  for (const MonitoredBoundary& w : model.statistics.monitored) {
+    monitored[w.boundary] = static_cast<std::int32_t>(monitored_index.size());
+    monitored_index.emplace_back(w.mesh);
+    first_of_monitored.push_back(first);
     first += static_cast<std::uint32_t>(w.mesh.triangles.size());
   }
   force.assign(first, 0);
@@ -40,7 +40,7 @@ StatisticsState empty_statistics(const Model& model) {
   const StatisticsOptions& options = model.statistics;
   StatisticsState stats;
   std::size_t triangles = 0, surfaces = 0;
-  for (const WatchedBoundary& w : options.watched) triangles += w.mesh.triangles.size();
+  for (const MonitoredBoundary& w : options.monitored) triangles += w.mesh.triangles.size();
   for (const TriangleMesh& mesh : options.surfaces) surfaces += mesh.triangles.size();
   stats.triangles.resize(triangles);
   stats.surfaces.resize(surfaces);
@@ -54,7 +54,7 @@ void update_statistics(const Model& model, Workspace& w, State& s) {
   const StatisticsOptions& options = model.statistics;
   if (options.contacts()) update_contact_events(model, w, s);
   if (options.compressive_loads) record_compressive_loads(model, w, s);
-  if (!options.watched.empty()) sum_triangle_loads(model, w, s);
+  if (!options.monitored.empty()) sum_triangle_loads(model, w, s);
 }
 
 }  // namespace firn

@@ -27,7 +27,7 @@ class BoundaryReader {
     notes.triangle_loads.clear();
     const PatchWork* work = notes.work.data();
     for (const ActivePair& pair : range.active) {
-      if (watched(pair.b) >= 0) {
+      if (monitored(pair.b) >= 0) {
         for (std::uint32_t k = 0; k < pair.patch_count; ++k) {
           const Patch& patch = s_.patches[pair.first_patch + k];
           if (patch.normal_force > 0) add(pair, patch, work[k].friction, notes.triangle_loads);
@@ -38,14 +38,14 @@ class BoundaryReader {
   }
 
  private:
-  int watched(int body) const { return body < particles_ ? -1 : w_.watched[body - particles_]; }
+  int monitored(int body) const { return body < particles_ ? -1 : w_.monitored[body - particles_]; }
 
   void look_up(std::uint32_t p) const {
     const Pair& pair = s_.pairs[p];
-    const int number = watched(pair.b);
+    const int number = monitored(pair.b);
     if (number < 0) return;
-    const NearestTriangle& index = w_.watched_index[number];
-    const std::uint32_t first = w_.first_of_watched[number];
+    const NearestTriangle& index = w_.monitored_index[number];
+    const std::uint32_t first = w_.first_of_monitored[number];
     const BodyMotion &a = s_.motion[pair.a], &b = s_.motion[pair.b];
     const Mat3 to_boundary = rotation_of(s_, pair.b).transpose();
     for (std::uint32_t k = 0; k < pair.patch_count; ++k) {

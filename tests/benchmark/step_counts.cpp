@@ -55,7 +55,7 @@ bool ask_for(const std::string& what, Model& model) {
   if (all || what == "triangles") {
     for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
       if (model.boundaries[b].parts.empty()) continue;
-      options.watched.push_back(
+      options.monitored.push_back(
           {static_cast<int>(b), refined(surface_mesh(model.boundaries[b].parts[0]), 0.02)});
     }
   }

@@ -37,21 +37,21 @@ double read_wear_rate(const TomlTable& t) {
   return coefficient / t.quantity("hardness", dimension::pressure, Sign::positive);
 }
 
-std::vector<WatchedBoundary> read_watched(const TomlTable& t, const Model& model) {
-  std::vector<WatchedBoundary> watched;
+std::vector<MonitoredBoundary> read_monitored(const TomlTable& t, const Model& model) {
+  std::vector<MonitoredBoundary> monitored;
   for (const std::string& name : t.strings("boundaries")) {
     const int index = boundary_index(t, "boundaries", name, model.boundaries);
-    if (std::ranges::find(watched, index, &WatchedBoundary::boundary) != watched.end())
+    if (std::ranges::find(monitored, index, &MonitoredBoundary::boundary) != monitored.end())
       t.fail("boundaries", fmt::format("names \"{}\" twice; expected it once", name));
     const Boundary& boundary = model.boundaries[static_cast<std::size_t>(index)];
     if (boundary.mesh.triangles.empty())
       t.fail(
           "boundaries",
           fmt::format("\"{}\" is a plane, which has no triangles; expected a box or a mesh", name));
-    watched.push_back({index, read_edge(t, boundary.mesh)});
+    monitored.push_back({index, read_edge(t, boundary.mesh)});
   }
-  if (watched.empty()) t.fail("boundaries", "is missing; expected names of boundaries");
-  return watched;
+  if (monitored.empty()) t.fail("boundaries", "is missing; expected names of boundaries");
+  return monitored;
 }
 
 EnergyClasses read_energies(const TomlTable& t) {
@@ -71,7 +71,7 @@ StatisticsOptions read_statistics(const TomlTable& root, const Model& model, dou
   const TomlTable t = root.required_table("statistics");
   t.allow({"merge_gap", "events", "compressive_loads", "boundary_maps", "particle_maps",
            "energy_spectrum"});
-  options.merge = t.quantity("merge_gap", dimension::time, Sign::non_negative, "0 s");
+  options.merge_gap = t.quantity("merge_gap", dimension::time, Sign::non_negative, "0 s");
   options.compressive_loads = t.boolean("compressive_loads", false);
   if (t.has("events")) {
     const TomlTable events = t.required_table("events");
@@ -83,7 +83,7 @@ StatisticsOptions read_statistics(const TomlTable& root, const Model& model, dou
     const TomlTable triangles = t.required_table("boundary_maps");
     triangles.allow(
         {"boundaries", "edge", "interval", "wear_coefficient", "hardness", "specific_wear_rate"});
-    options.watched = read_watched(triangles, model);
+    options.monitored = read_monitored(triangles, model);
     options.interval =
         triangles.optional_quantity("interval", dimension::time, Sign::positive).value_or(0);
     wear_rate = read_wear_rate(triangles);

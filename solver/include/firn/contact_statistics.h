@@ -10,9 +10,9 @@
 
 namespace firn {
 
-// A boundary with statistics for each triangle. The mesh may differ from that of the boundary.
-struct WatchedBoundary {
-  int boundary = 0;
+// A boundary with sums of loads for each triangle. The mesh may differ from that of the boundary.
+struct MonitoredBoundary {
+  int boundary = 0;   // index into Model::boundaries
   TriangleMesh mesh;  // m, boundary axes
 };
 
@@ -24,21 +24,21 @@ struct EnergyClasses {
   int decades = 0;
 
   int count() const { return per_decade > 0 ? per_decade * decades + 2 : 0; }
-  int of(double energy) const;
+  int of(double energy) const;      // class of an energy in J
   double lower_bound(int k) const;  // J; of class 0: 0
 };
 
 // Statistics that a simulation accumulates. Disabled ones cost no time.
 struct StatisticsOptions {
-  double merge = 0;  // s: separations of a pair shorter than this do not end a contact
+  double merge_gap = 0;  // s: separations of a pair shorter than this do not end a contact
 
   bool events = false;   // list of contacts
   double threshold = 0;  // N: contacts with a lower peak normal force are not listed
 
   bool compressive_loads = false;  // on each particle
 
-  std::vector<WatchedBoundary> watched;  // loads on the triangles of boundaries
-  double interval = 0;                   // s, length of an interval of sums; 0: the whole run
+  std::vector<MonitoredBoundary> monitored;  // loads on the triangles of boundaries
+  double interval = 0;                       // s, length of an interval of sums; 0: the whole run
 
   // Contacts on the surface of each shape, over all of its particles; [shapes] of meshes in shape
   // axes as drawn (m), or none.
@@ -47,7 +47,7 @@ struct StatisticsOptions {
   EnergyClasses energies;  // histogram of dissipated energies
 
   bool contacts() const { return events || !surfaces.empty() || energies.count() > 0; }
-  bool any() const { return contacts() || compressive_loads || !watched.empty(); }
+  bool any() const { return contacts() || compressive_loads || !monitored.empty(); }
 };
 
 // One contact of two bodies: from the first step with a force to the last one before they separate.
@@ -78,9 +78,10 @@ struct ContactEvent {
 // F_j) (-n_i . n_j), with the normal forces F and the normals n out of the particle. Pairs of
 // normals at an angle of at most 90 degrees do not count.
 struct CompressiveLoad {
-  double load = 0;                            // N, largest over all steps; 0: none
-  double time = 0;                            // s, of that load
-  std::array<std::int32_t, 2> by = {-1, -1};  // bodies, the one with the larger force first
+  double load = 0;  // N, largest over all steps; 0: none
+  double time = 0;  // s, of that load
+  // Bodies that exert it, as in ContactEvent; the one with the larger force first; -1: none.
+  std::array<std::int32_t, 2> bodies = {-1, -1};
 };
 
 // Loads on one triangle of a boundary, summed over an interval. Each contact point of a patch acts
@@ -97,7 +98,7 @@ struct TriangleSums {
 };
 struct LoadInterval {
   double start = 0, end = 0;            // s
-  std::vector<TriangleSums> triangles;  // of all watched boundaries, concatenated
+  std::vector<TriangleSums> triangles;  // of all monitored boundaries, concatenated
 };
 
 // Sums over ended contacts with their peak on one triangle of a shape.

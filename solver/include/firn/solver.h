@@ -145,8 +145,8 @@ class Solver {
   // include events.
   std::vector<ContactEvent> take_events();
   std::vector<ContactEvent> open_events() const;
-  // Loads on the triangles of watched boundaries over the intervals that have ended since the last
-  // call; `up_to_now`: ends the open interval first, if it has a step.
+  // Loads on the triangles of monitored boundaries over the intervals that have ended since the
+  // last call; `up_to_now`: ends the open interval first, if it has a step.
   std::vector<LoadInterval> take_load_intervals(bool up_to_now = false);
   // Sums since the start, empty without the statistics: [particles]; [triangles of all shapes,
   // concatenated]; [1 + boundaries][classes], pairs of particles first.

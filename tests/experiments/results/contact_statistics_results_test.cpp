@@ -36,13 +36,13 @@ TEST(StatisticsCase, ReadsWhatIsAskedFor) {
                        {"statistics.boundary_maps.boundaries", "[\"lid\"]"},
                        {"statistics.energy_spectrum.decades", "4"}});
   const StatisticsOptions& asked = c.model.statistics;
-  EXPECT_EQ(asked.merge, 1e-4);
+  EXPECT_EQ(asked.merge_gap, 1e-4);
   EXPECT_TRUE(asked.events);
   EXPECT_EQ(asked.threshold, 2.5);
   EXPECT_TRUE(asked.compressive_loads);
-  ASSERT_EQ(asked.watched.size(), 1u);
-  EXPECT_EQ(asked.watched[0].boundary, 1);
-  EXPECT_GT(asked.watched[0].mesh.triangles.size(), 24u);
+  ASSERT_EQ(asked.monitored.size(), 1u);
+  EXPECT_EQ(asked.monitored[0].boundary, 1);
+  EXPECT_GT(asked.monitored[0].mesh.triangles.size(), 24u);
   EXPECT_EQ(asked.interval, 0.04);
   EXPECT_DOUBLE_EQ(c.wear_rate, 1e-13);
   ASSERT_EQ(asked.surfaces.size(), 1u);
@@ -212,7 +212,7 @@ TEST_F(StatisticsFile, SumsAreThoseOfTheContacts) {
     EXPECT_LE(opposed[i].load, recording.peak_normal_force()[i]);
     if (opposed[i].load == 0) continue;
     ++loaded;
-    EXPECT_NE(opposed[i].by[0], static_cast<int>(i));
+    EXPECT_NE(opposed[i].bodies[0], static_cast<int>(i));
     EXPECT_GT(opposed[i].time, 0);
   }
   EXPECT_GT(loaded, 0);

@@ -11,7 +11,7 @@
 namespace firn {
 namespace {
 
-// A cube falls on a slab; both are watched.
+// A cube falls on a slab; both are monitored.
 constexpr const char* kHit = R"(
 [case]
 name = "hit"

@@ -98,7 +98,7 @@ TEST(Events, ShortGapsAreMerged) {
     Model model = sphere_over_plane(0, 0.8);
     model.gravity = {0, 0, -9.81};
     model.timestep *= 20;
-    model.statistics.merge = merge;
+    model.statistics.merge_gap = merge;
     Solver solver(model);
     solver.insert(0, {0, 0, kRadius + 1e-3}, Quat::Identity(), Vec3::Zero(), Vec3::Zero());
     run_for(solver, 0.1);
@@ -211,9 +211,9 @@ TEST(Statistics, AreTheSameForEveryNumberOfThreadsAndAcrossARestore) {
   model.statistics.surfaces = {model.shapes[0].mesh};
   const TriangleMesh floor{{{0, 0, 0}, {0.25, 0, 0}, {0.25, 0.2, 0}, {0, 0.2, 0}},
                            {{0, 1, 2}, {0, 2, 3}}};
-  model.statistics.watched = {{0, refined(floor, 0.02)}};
+  model.statistics.monitored = {{0, refined(floor, 0.02)}};
   model.statistics.interval = 0.03;
-  model.statistics.merge = 1e-4;
+  model.statistics.merge_gap = 1e-4;
   model.timestep = 2e-5;
   Solver whole = filled(model, {0.25, 0.2, 0.6});
   scenes::run(whole, 0.2);
@@ -292,7 +292,7 @@ TEST(OpposedLoads, SqueezedCubeBearsTheForceOfThePlates) {
   EXPECT_LE(squeezed.load, solver.boundaries()[lid].peak_normal_force);
   EXPECT_NEAR(squeezed.load, solver.boundaries()[lid].peak_normal_force, 0.01 * force);
   EXPECT_NEAR(squeezed.time, 0.2, 0.01);
-  EXPECT_EQ(squeezed.by[0] + squeezed.by[1], 1 + 2);
+  EXPECT_EQ(squeezed.bodies[0] + squeezed.bodies[1], 1 + 2);
 }
 
 TEST(OpposedLoads, OneImpactHasNone) {
@@ -411,7 +411,7 @@ Model over_plate(Model model, double edge) {
   const Vec3 size(0.3, 0.3, 0.02);
   const int plate = scenes::add_panel(model, "plate", Vec3(-0.15, -0.15, -0.02), {0.15, 0.15, 0});
   model.boundaries[plate].orientation = Quat(Eigen::AngleAxisd(0.3, Vec3::UnitZ()));
-  model.statistics.watched = {{plate, refined(box_mesh(size), edge)}};
+  model.statistics.monitored = {{plate, refined(box_mesh(size), edge)}};
   return model;
 }
 
@@ -487,7 +487,7 @@ TEST(TriangleLoads, SlidingBlockWearsByItsWeightTimesItsWay) {
               0.01 * kMass * scenes::kGravity * way);
   EXPECT_NEAR(sum.friction_work, 0.5 * kMass * kSpeed * kSpeed,
               0.01 * 0.5 * kMass * kSpeed * kSpeed);
-  const TriangleMesh& mesh = model.statistics.watched[0].mesh;
+  const TriangleMesh& mesh = model.statistics.monitored[0].mesh;
   const Mat3 turned = model.boundaries[0].orientation.toRotationMatrix();
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (intervals[0].triangles[t].normal_impulse == 0) continue;
