@@ -73,7 +73,7 @@ void read_numerics(const TomlTable& root, Case& c) {
 // Refuses a step that is not stable.
 void check_timestep(const TomlTable& root, Case& c) {
   const TimestepAdvice stable = advise_timestep(c.model, kStableSteps);
-  if (!stable.is_a_limit) return;
+  if (!stable.limited_by_spring) return;
   c.steps_taken = kStableSteps * stable.timestep / c.model.timestep;
   if (c.allow_unstable_timestep || c.steps_taken >= kStableSteps * (1 - 1e-9)) return;
   root.table("case").fail(

@@ -381,7 +381,7 @@ void search_range(const Model& model, State& s, PairRange& range, TaskScratch& s
   range.refreshed.clear();
   range.overflowed.clear();
   range.contact_faults.clear();
-  range.queries = range.refreshes = range.late_contacts = 0;
+  range.queries = range.contact_searches = range.late_contacts = 0;
   range.more_patches = range.more_points = 0;
   constexpr std::size_t kAhead = 4;  // searches
   const std::vector<PairToTest>& searched = scratch.searched;
@@ -400,7 +400,7 @@ void search_range(const Model& model, State& s, PairRange& range, TaskScratch& s
     if (search.tunnelled || search.initial_penetration > 0)
       range.contact_faults.push_back({p, search.tunnelled, search.initial_penetration});
     if (search.found.patches.empty() && pair.patch_count == 0) continue;
-    ++range.refreshes;
+    ++range.contact_searches;
     range.more_patches += static_cast<std::int64_t>(search.found.patches.size()) - pair.patch_count;
     range.more_points += static_cast<std::int64_t>(search.found.points.size()) - points_of(pair, s);
     if (fits(search.found, pair)) {
@@ -483,7 +483,7 @@ void find_contacts(const Model& model, Workspace& w, State& s) {
   // What must go in order: room at the end, and counts.
   for (PairRange& range : w.ranges) {
     s.diagnostics.queries += range.queries;
-    s.diagnostics.refreshes += range.refreshes;
+    s.diagnostics.contact_searches += range.contact_searches;
     // Overlaps of the initial state are given, not detected late.
     if (s.steps > 0) s.diagnostics.late_contacts += range.late_contacts;
     w.patches += range.more_patches;

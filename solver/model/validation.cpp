@@ -223,7 +223,7 @@ TimestepAdvice advise_for_contacts(const Model& model, double steps) {
       [](const auto& x, const auto& y) { return x.quarter_period() < y.quarter_period(); });
   TimestepAdvice advice;
   advice.timestep = s.quarter_period() / steps;
-  advice.is_a_limit = true;
+  advice.limited_by_spring = true;
   advice.reason = fmt::format(
       "{:.4g} steps in the quarter period {:.4g} s of {}: {} stiffness {:.4g} N/m, effective mass "
       "{:.4g} kg",
@@ -238,7 +238,7 @@ TimestepAdvice advise_timestep(const Model& model, double steps) {
   TimestepAdvice advice = advise_for_contacts(model, steps);
   const auto swings = [&](double frequency, const auto& what) {
     const double quarter_period = 0.5 * std::numbers::pi / frequency;
-    if (advice.is_a_limit && quarter_period / steps >= advice.timestep) return;
+    if (advice.limited_by_spring && quarter_period / steps >= advice.timestep) return;
     advice = {quarter_period / steps, true,
               fmt::format("{:.4g} steps in the quarter period {:.4g} s of {}", steps,
                           quarter_period, what())};

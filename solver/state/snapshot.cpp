@@ -165,7 +165,7 @@ void walk(Archive& ar, S& s) {
   ar.value(s.diagnostics.energy_error);
   ar.value(s.diagnostics.rebuilds);
   ar.value(s.diagnostics.queries);
-  ar.value(s.diagnostics.refreshes);
+  ar.value(s.diagnostics.contact_searches);
   ar.group("statistics");
   ar.value(s.statistics.list);
   ar.array(s.statistics.open_of_pair);

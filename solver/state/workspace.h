@@ -87,7 +87,7 @@ struct alignas(64) PairRange {
       overflowed;                   // of them, those whose patches do not fit into their place,
   std::vector<FoundPatches> found;  // and these patches; may be longer
   std::vector<ContactFault> contact_faults;
-  std::uint64_t queries = 0, refreshes = 0, late_contacts = 0;
+  std::uint64_t queries = 0, contact_searches = 0, late_contacts = 0;
   std::int64_t more_patches = 0, more_points = 0;  // than before
   ContactTotals accounts;
   RangeStatistics notes;  // empty without statistics

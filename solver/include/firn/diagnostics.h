@@ -24,13 +24,13 @@ struct Diagnostics {
   // Patches first detected with an overlap above 1 % of the rounding radii. Those of the first step
   // belong to the initial state and do not count.
   std::uint64_t late_contacts = 0;
-  double energy_error = 0;      // J, sum of unexplained rises
-  std::uint64_t rebuilds = 0;   // of the neighbor list
-  std::uint64_t queries = 0;    // narrow-phase queries of part pairs
-  std::uint64_t refreshes = 0;  // contact searches of body pairs with patches
-  std::uint64_t patches = 0;    // current
-  std::uint64_t points = 0;     // current
-  std::uint64_t pairs = 0;      // current, in the neighbor list
+  double energy_error = 0;             // J, sum of unexplained rises
+  std::uint64_t rebuilds = 0;          // of the neighbor list
+  std::uint64_t queries = 0;           // narrow-phase queries of part pairs
+  std::uint64_t contact_searches = 0;  // contact searches of body pairs with patches
+  std::uint64_t patches = 0;           // current
+  std::uint64_t points = 0;            // current
+  std::uint64_t pairs = 0;             // current, in the neighbor list
 };
 
 // Hash of a group of arrays of the state, to find the group in which two runs diverge first.

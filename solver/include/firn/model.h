@@ -18,7 +18,7 @@ struct Material {
   double poisson_ratio = 0;  // stored only: no equation of this contact model uses it
 };
 
-// Contact law of a pair of materials, equations (3)-(9).
+// Contact law of a pair of materials, equations (3)-(9) of docs/contact.md.
 struct Interaction {
   double static_friction = 0;
   double dynamic_friction = 0;
@@ -109,9 +109,9 @@ double boundary_pair_stiffness(const Model& model, const Shape& a, const Boundar
 // the stiffest loading or unloading spring over all pairs of shapes and boundaries of the model, of
 // its bonds and of the springs of free bodies.
 struct TimestepAdvice {
-  double timestep = 0;      // s
-  bool is_a_limit = false;  // a spring limits the step; otherwise it is a default
-  std::string reason;       // one sentence naming the pair, stiffness, mass and period
+  double timestep = 0;             // s
+  bool limited_by_spring = false;  // false: no spring in the model, the step is a default
+  std::string reason;              // one sentence naming the pair, stiffness, mass and period
 };
 TimestepAdvice advise_timestep(const Model& model, double steps);
 // Minimum numbers of steps per quarter period: for a stable bed, and for an error of the
