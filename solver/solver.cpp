@@ -202,9 +202,9 @@ void Solver::add_frame_motion(int frame, const Motion& motion, int group) {
   add_motion(static_cast<int>(impl_->model.boundaries.size()) + frame, motion, group);
 }
 
-void Solver::add_motor(int frame, int axis, const Motor& motor, int group) {
+void Solver::add_motor(int frame, int joint, const Motor& motor, int group) {
   impl_->state.stage_motors.push_back(motor);
-  impl_->state.stage_motor_joint.push_back(frame * kMaxJoints + axis);
+  impl_->state.stage_motor_joint.push_back(frame * kMaxJoints + joint);
   impl_->state.stage_motor_group.push_back(group);
 }
 

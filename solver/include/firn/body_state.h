@@ -22,6 +22,7 @@ struct ParticleState {
   std::vector<double> peak_normal_force;  // N, largest patch force over all steps so far
 };
 
+// A boundary, at the end of a step.
 struct BoundaryState {
   Vec3 position = Vec3::Zero();          // m, of its origin, world
   Quat orientation = Quat::Identity();   // boundary axes -> world
@@ -62,7 +63,7 @@ struct FrameState {
     // N s or N m s, of motors and of the joint limits, since the last clear_boundary_loads().
     double motor_impulse = 0, limit_impulse = 0;
   };
-  std::vector<JointState> joints;  // of a free one
+  std::vector<JointState> joints;  // [joints of a free frame]
   // N s, N m s: reaction of the parent on a free frame through the joint (bearing, springs, motors,
   // limits), about the moving origin, since the last clear_boundary_loads().
   Vec3 reaction_impulse = Vec3::Zero(), reaction_angular_impulse = Vec3::Zero();
@@ -70,7 +71,7 @@ struct FrameState {
 
 // Load of a coupling on its body b, at the end of a step.
 struct CouplingState {
-  Vec3 position = Vec3::Zero();  // m, world, of its point
+  Vec3 position = Vec3::Zero();  // m, world, of the coupling's point
   // N s, N m s about that point, world, since the last clear_boundary_loads(). Of a gear or cam:
   // along or about the axis of joint_b.
   Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();
@@ -78,7 +79,7 @@ struct CouplingState {
 
 // A contact between two boundaries, at the end of a step.
 struct BoundaryContactState {
-  double gap = 0;                // m, least; negative: overlap; a lower bound while apart
+  double gap = 0;                // m, smallest; negative: overlap; a lower bound without contact
   Vec3 force = Vec3::Zero();     // N, world, on boundary a
   double normal_force = 0;       // N, sum over its patches
   int patches = 0;               // patches with a force
@@ -100,9 +101,9 @@ struct BondRecord {
 // Load of a bond at the end of a step; zero unless it is intact and both particles are present.
 struct BondState {
   bool acts = false;
-  Vec3 middle = Vec3::Zero();           // m, world
+  Vec3 middle = Vec3::Zero();           // m, world, center of the beam
   Quat orientation = Quat::Identity();  // beam axes -> world
-  BeamForces forces;                    // elastic ones
+  BeamForces forces;                    // elastic part
   BeamStress stress;
   BeamLoad load;  // applied to the bodies in the last step, damping included
 };

@@ -14,7 +14,7 @@ struct Energy {  // J
   double dissipated_boundaries = 0;  // part of the two above at boundaries
   double dissipated_bonds = 0;       // since the start, by damping of bonds and when they break
   double boundary_work = 0;          // done by moving boundaries on the particles since the start
-  double removed = 0;  // mechanical energy of removed particles less that of inserted ones
+  double removed = 0;  // mechanical energy of removed particles minus that of inserted ones
 };
 
 // Numerical quality and counters of a run.

@@ -11,7 +11,7 @@ namespace firn {
 double core_distance(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a);
 
 struct PartOverlap {
-  double depth = 0;              // m
+  double depth = 0;              // m, penetration along the minimum translation vector
   Vec3 position = Vec3::Zero();  // m, axes of a
 };
 // Overlap of the parts with rounding. Nothing if it is below `tolerance` (m).

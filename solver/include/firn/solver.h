@@ -20,10 +20,10 @@ namespace firn {
 struct ContactPointInfo {
   Vec3 position = Vec3::Zero();  // m, world, midway between the two surfaces
   double gap = 0;                // m, along the patch's normal; negative: overlap
-  double stiffness_fraction =
-      0;             // of the stiffness K of the pair; the sum may differ from 1 (docs/contact.md)
+  // Of the stiffness K of the pair. The sum over a patch may differ from 1 (docs/contact.md).
+  double stiffness_fraction = 0;
   double force = 0;  // N, normal
-  double area = 0;   // m^2, fraction of the area of the patch
+  double area = 0;   // m^2, its part of the area of the patch
 };
 
 // One patch: the load of body b on body a over one touching region, at the end of a step. Points
@@ -65,8 +65,8 @@ inline std::shared_ptr<const Model> unowned(const Model& model) {
 class Solver {
  public:
   struct Load {
-    Vec3 force = Vec3::Zero(),
-         moment = Vec3::Zero();  // N, N m about the center of mass (frames: the origin), world
+    Vec3 force = Vec3::Zero();   // N, world
+    Vec3 moment = Vec3::Zero();  // N m, world, about the center of mass (frames: the origin)
   };
 
   // Stores a copy of the model. Initially all particles are pending and all boundaries are present.
@@ -91,10 +91,11 @@ class Solver {
   void remove_particle(int particle);  // throws std::logic_error unless it is present
   void remove_boundary(int boundary);
   // Adds a motion or motor that acts from the current time on, for stages that begin on events.
-  // stop_stage_motions() ends all of a group above 0 at `time` (s).
+  // `joint`: of the free frame. stop_stage_motions() ends all of a group above 0 at
+  // `time` (s).
   void add_motion(int boundary, const Motion& motion, int group = 0);
   void add_frame_motion(int frame, const Motion& motion, int group = 0);
-  void add_motor(int frame, int axis, const Motor& motor, int group = 0);
+  void add_motor(int frame, int joint, const Motor& motor, int group = 0);
   void stop_stage_motions(int group, double time);
 
   // True if a body of this shape and pose would overlap a particle or boundary, or be within
