@@ -210,16 +210,18 @@ std::vector<std::string> hidden_functions(const std::vector<SourceFile>& files) 
   return found;
 }
 
-// Helpers of two files of a folder with one name and one number of parameters.
+// Helpers of two files of a folder with one name and one number of parameters. Overloads of
+// fields() (experiments/text/json_reader.h) differ in the type whose keys they list.
 std::vector<std::string> names_shared_in_a_folder(const std::vector<SourceFile>& files) {
   std::map<std::string, std::string> owner;
   std::vector<std::string> found;
   for (const SourceFile& file : files) {
     for (const FunctionName& helper : functions_of(file.text)) {
       if (!helper.internal || !file.name.ends_with(".cpp")) continue;
+      const std::string type = helper.name == "fields" ? helper.parameters.back() : "";
       for (std::size_t n = helper.required; n <= helper.parameters.size(); ++n) {
         const std::string key =
-            file.folder + " " + helper.space + "::" + helper.name + " " + std::to_string(n);
+            file.folder + " " + helper.space + "::" + helper.name + type + " " + std::to_string(n);
         const auto [known, first] = owner.emplace(key, file.name);
         if (!first && known->second != file.name)
           found.push_back(file.folder + ": " + helper.name + " in " + known->second + " and " +

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <sstream>
 
 #include "experiments/storage/version.h"
@@ -58,7 +59,8 @@ TEST(Usage, EverySubCommandHasHelpAManualPageAndASection) {
   const Folder folder;
   const std::string install = read_text(std::string(FIRN_SOURCE_DIR) + "/cmake/install.cmake");
   const std::size_t from = install.find("foreach(command \"\" ") + 19;
-  const std::string pages = " " + install.substr(from, install.find(')', from) - from) + " ";
+  std::string pages = " " + install.substr(from, install.find(')', from) - from) + " ";
+  std::ranges::replace(pages, '\n', ' ');
   const std::string reference = read_text(std::string(FIRN_SOURCE_DIR) + "/docs/command-line.md");
   for (const std::string& name : subcommands()) {
     const Outcome o = folder.firn({name, "--help"});
