@@ -11,7 +11,7 @@
 #include <limits>
 
 #include "experiments/system/output_file.h"
-#include "experiments/text/json_reader.h"
+#include "experiments/text/json_parser.h"
 #include "firn/math.h"
 
 namespace firn {
@@ -22,9 +22,9 @@ namespace fs = std::filesystem;
 constexpr int kMostRuns = 1'000'000'000;
 
 BatchProgressRecord read_progress(const std::string& text, const std::string& file) {
-  const nlohmann::ordered_json json = parse_ordered_json(text, file);
+  const nlohmann::ordered_json json = parse_json(text, file);
   BatchProgressRecord progress;
-  JsonFieldReader::read(json, {file, nullptr, "progress"}, progress);
+  JsonFieldReader::read(json, {file, JsonReading::tolerant, nullptr, "progress"}, progress);
   for (const int count : {progress.most_runs, progress.jobs})
     if (count < 0)  // the reader refuses larger ones than kMostRuns
       throw InputError(fmt::format("{}: progress: {} runs; expected a number from 0 to {}", file,

@@ -8,7 +8,8 @@
 #include "experiments/system/input_file.h"
 #include "experiments/system/input_limits.h"
 #include "experiments/text/json_aliases.h"
-#include "experiments/text/json_reader.h"
+#include "experiments/text/json_fields.h"
+#include "experiments/text/json_parser.h"
 
 namespace firn {
 namespace {
@@ -23,45 +24,52 @@ struct ProgramOf {
   Provenance& provenance;
 };
 
+struct FileHeader {
+  std::string format;
+  int version = 0;
+};
+
+struct RecordFile {
+  FileHeader header;
+  std::vector<ReadRecord> records;
+};
+
 }  // namespace
 
 // ---- Keys: found by argument-dependent lookup ----
 
-static Json json_of(Interval& interval) { return {interval.low, interval.high}; }
+static Json json_value(Interval& interval) { return {interval.low, interval.high}; }
 
-static void read_key(const JsonReader& j, const char* key, Interval& interval) {
-  const std::vector<double> ends = j.numbers(key);
-  if (ends.size() != 2)
-    j.at(key).fail(fmt::format("has {} numbers; expected two ends", ends.size()));
-  interval = {ends[0], ends[1]};
+static void read_json_value(const Json& json, const JsonPlace& place, Interval& interval) {
+  std::pair<double, double> ends;
+  JsonFieldReader::read(json, place, ends);
+  interval = {ends.first, ends.second};
 }
 
-static Json json_of(Scale& scale) { return scale == Scale::logarithmic ? "log" : "linear"; }
+static Json json_value(Scale& scale) { return scale == Scale::logarithmic ? "log" : "linear"; }
 
-static void read_key(const JsonReader& j, const char* key, Scale& value) {
-  const std::string scale = j.string(key);
-  if (scale != "log" && scale != "linear")
-    j.at(key).fail(fmt::format("is \"{}\"; expected \"log\" or \"linear\"", scale));
-  value = scale == "log" ? Scale::logarithmic : Scale::linear;
+static void read_json_value(const Json& json, const JsonPlace& place, Scale& scale) {
+  if (json != "log" && json != "linear") place.refuse(json, "\"log\" or \"linear\"");
+  scale = json == "log" ? Scale::logarithmic : Scale::linear;
 }
 
-static Json json_of(RecordKind& kind) { return to_string(kind); }
+static Json json_value(RecordKind& kind) { return to_string(kind); }
 
-static void read_key(const JsonReader& j, const char* key, RecordKind& value) {
-  const std::string kind = j.string(key);
+static void read_json_value(const Json& json, const JsonPlace& place, RecordKind& kind) {
   std::vector<std::string> known;
   for (const RecordKind k :
        {RecordKind::published, RecordKind::measured, RecordKind::calibrated, RecordKind::assumed}) {
-    value = k;
-    if (kind == to_string(k)) return;
+    kind = k;
+    if (json == to_string(k)) return;
     known.emplace_back(to_string(k));
   }
-  j.at(key).fail(fmt::format("is \"{}\"; expected one of {}", kind, comma_list(known)));
+  place.refuse(json, "one of " + comma_list(known));
 }
 
-static void fields(StrictFields& f, MaterialParameter& p) {
+template <class Fields>
+static void fields(Fields& f, MaterialParameter& p) {
   f.required("name", p.name);
-  f.required("keys", p.keys);
+  f.added("keys", p.keys);
   f.required("value", p.value);
   f.required("unit", p.unit);
   f.optional("uncertainty", p.uncertainty);
@@ -69,7 +77,8 @@ static void fields(StrictFields& f, MaterialParameter& p) {
   f.optional("note", p.note);
 }
 
-static void fields(StrictFields& f, MaterialProperty& p) {
+template <class Fields>
+static void fields(Fields& f, MaterialProperty& p) {
   f.required("name", p.name);
   f.optional("value", p.value);
   f.optional("uncertainty", p.uncertainty);
@@ -79,27 +88,31 @@ static void fields(StrictFields& f, MaterialProperty& p) {
   f.optional("statement", p.statement);
 }
 
-static void fields(StrictFields& f, MaterialResponse& r) {
+template <class Fields>
+static void fields(Fields& f, MaterialResponse& r) {
   f.required("name", r.name);
   f.required("value", r.value);
   f.optional("uncertainty", r.uncertainty);
   f.required("unit", r.unit);
 }
 
-static void fields(StrictFields& f, ReferenceRun& r) {
+template <class Fields>
+static void fields(Fields& f, ReferenceRun& r) {
   f.optional("experiment", r.experiment);
   f.required("seed", r.seed);
   f.optional("responses", r.responses);
 }
 
-static void fields(StrictFields& f, ReferenceSet& s) {
+template <class Fields>
+static void fields(Fields& f, ReferenceSet& s) {
   f.required("name", s.name);
   f.required("values", s.values);
   f.optional("predicted", s.predicted);
   f.optional("runs", s.runs);
 }
 
-static void fields(StrictFields& f, EnsembleAxis& a) {
+template <class Fields>
+static void fields(Fields& f, EnsembleAxis& a) {
   f.required("parameter", a.parameter);
   f.required("scale", a.scale);
   f.required("min", a.bounds.low);
@@ -107,38 +120,44 @@ static void fields(StrictFields& f, EnsembleAxis& a) {
   f.required("mean", a.mean);
 }
 
-static void fields(StrictFields& f, EnsembleCombination& c) {
+template <class Fields>
+static void fields(Fields& f, EnsembleCombination& c) {
   f.required("coefficients", c.coefficients);
   f.required("identifiable", c.identifiable);
-  if (f.lists_keys() || c.identifiable) f.required("value", c.value);
+  f.required_if(c.identifiable, "value", c.value);
   f.optional("uncertainty", c.uncertainty);
 }
 
-static void fields(StrictFields& f, EnsembleSample& s) {
+template <class Fields>
+static void fields(Fields& f, EnsembleSample& s) {
   f.required("values", s.values);
   f.required("weight", s.weight);
 }
 
-static void fields(StrictFields& f, PosteriorEnsemble& e) {
+template <class Fields>
+static void fields(Fields& f, PosteriorEnsemble& e) {
   f.optional("axes", e.axes);
-  f.required("covariance", e.covariance);
+  f.added("covariance", e.covariance);
   f.optional("combinations", e.combinations);
   f.optional("samples", e.samples);
   f.optional("reference_sets", e.reference_sets);
 }
 
-static void fields(StrictFields& f, ScopeLimit& s) {
+template <class Fields>
+static void fields(Fields& f, ScopeLimit& s) {
   f.required("name", s.name);
   f.required("statement", s.statement);
 }
 
-static void fields(StrictFields& f, RawData& d) {
+template <class Fields>
+static void fields(Fields& f, RawData& d) {
   f.required("what", d.what);
   f.required("file", d.file);
   f.required("sha256", d.sha256);
 }
 
-static void fields(StrictFields& f, UsedMeasurement& m) {
+template <class Fields>
+static void fields(Fields& f, UsedMeasurement& m) {
   f.optional("name", m.name);
   f.required("response", m.response);
   f.required("value", m.value);
@@ -149,27 +168,31 @@ static void fields(StrictFields& f, UsedMeasurement& m) {
   f.written_if(m.discrepancy > 0, "discrepancy", m.discrepancy);
 }
 
-static void fields(StrictFields& f, ProgramOf& p) {
+template <class Fields>
+static void fields(Fields& f, ProgramOf& p) {
   f.required("version", p.provenance.program_version);
   f.required("commit", p.provenance.program_commit);
   f.required("identity", p.provenance.program);
   f.written_if(p.provenance.contact_model > 1, "contact_model",
-               WholeNumber{p.provenance.contact_model});
+               PositiveInt{p.provenance.contact_model});
 }
 
-static void fields(StrictFields& f, UsedEstimator& e) {
+template <class Fields>
+static void fields(Fields& f, UsedEstimator& e) {
   f.required("response", e.response);
   f.required("method", e.method);
-  f.required("version", WholeNumber{e.version});
+  f.required("version", PositiveInt{e.version});
 }
 
-static void fields(StrictFields& f, SimulatedCase& c) {
+template <class Fields>
+static void fields(Fields& f, SimulatedCase& c) {
   f.optional("experiment", c.experiment);
   f.required("parameters", c.parameters);
   f.required("text", c.text);
 }
 
-static void fields(StrictFields& f, Provenance& p) {
+template <class Fields>
+static void fields(Fields& f, Provenance& p) {
   f.required("author", p.author);
   f.required("date", p.date);
   f.required("source", p.source);
@@ -183,12 +206,13 @@ static void fields(StrictFields& f, Provenance& p) {
   f.optional("cases", p.cases);
 }
 
-static void fields(StrictFields& f, MaterialRecord& r) {
+template <class Fields>
+static void fields(Fields& f, MaterialRecord& r) {
   f.required("name", r.name);
-  f.written_if(r.version > 0, "version", WholeNumber{r.version, 1000000000});
+  f.written_if(r.version > 0, "version", PositiveInt{r.version, 1000000000});
   f.optional("supersedes", r.supersedes);
   f.required("title", r.title);
-  f.required("materials", r.materials);
+  f.added("materials", r.materials);
   f.required("kind", r.kind);
   f.optional("parameters", r.parameters);
   f.optional("properties", r.properties);
@@ -196,6 +220,24 @@ static void fields(StrictFields& f, MaterialRecord& r) {
   f.optional("scope", r.scope);
   f.required("provenance", r.provenance);
   f.optional("note", r.note);
+}
+
+template <class Fields>
+static void fields(Fields& f, ReadRecord& r) {
+  fields(f, r.record);
+  f.optional("sha256", r.sha256);
+}
+
+template <class Fields>
+static void fields(Fields& f, FileHeader& header) {
+  f.required("format", header.format);
+  f.required("format_version", PositiveInt{header.version});
+}
+
+template <class Fields>
+static void fields(Fields& f, RecordFile& file) {
+  fields(f, file.header);
+  f.required("records", file.records);
 }
 
 namespace {
@@ -243,23 +285,21 @@ void write(std::string& out, const Json& json, bool pretty, int depth) {
   }
 }
 
-ReadRecord read_record(const JsonReader& j, const std::string& source) {
-  MaterialRecord r;
-  read_object(j, r, "sha256");
+// Throws InputError for a record whose values contradict each other. `path`: of the record in the
+// file, with a point at its end; empty for a record alone.
+void check_read(const MaterialRecord& record, const std::string& source, const std::string& path) {
   try {
-    check(r);
+    check(record);
   } catch (const InputError& e) {
-    throw InputError(
-        fmt::format("{}: {}{}{}", source, j.path(), j.path().empty() ? "" : ".", e.what()));
+    throw InputError(fmt::format("{}: {}{}", source, path, e.what()));
   }
-  return {r, j.string_or_empty("sha256")};
 }
 
 }  // namespace
 
 Json to_json(const MaterialRecord& record) {
   MaterialRecord r = record;  // fields() takes what can be changed
-  return json_of(r);
+  return JsonFieldWriter::json_of(r);
 }
 
 std::string canonical_text(const MaterialRecord& record) {
@@ -279,34 +319,29 @@ std::string pretty_json(const Json& json) {
 }
 
 std::string export_text(const std::vector<MaterialRecord>& records) {
-  Json document = {{"format", format_name}, {"format_version", format_version}};
-  Json all = Json::array();
-  for (const MaterialRecord& record : records) {
-    Json j = to_json(record);
-    j["sha256"] = record_hash(record);
-    all.push_back(j);
-  }
-  document["records"] = all;
-  return pretty_json(document) + "\n";
+  RecordFile file{{format_name, format_version}, {}};
+  for (const MaterialRecord& record : records)
+    file.records.push_back({record, record_hash(record)});
+  return pretty_json(JsonFieldWriter::json_of(file)) + "\n";
 }
 
 std::vector<ReadRecord> read_records_text(std::string_view text, const std::string& source) {
-  nlohmann::json parsed = parse_json(text, source);
-  if (parsed.is_object() && parsed.value("format_version", nlohmann::json()) == 1 &&
-      parsed.contains("records"))
-    for (nlohmann::json& record : parsed["records"]) use_current_record_names(record);
-  const JsonReader document(parsed, source);
-  document.allow({"format", "format_version", "records"});
-  if (const std::string format = document.string("format"); format != format_name)
-    document.at("format").fail(fmt::format("is \"{}\"; expected \"{}\"", format, format_name));
-  if (const auto version = document.integer("format_version", 1, 1000000); version > format_version)
-    document.at("format_version")
-        .fail(fmt::format("is {}, of a newer Firn; this one reads up to {}; expected another Firn",
-                          version, format_version));
-  document.at("records");
-  std::vector<ReadRecord> records;
-  for (const JsonReader& j : document.items("records")) records.push_back(read_record(j, source));
-  return records;
+  Json document = parse_json(text, source);
+  const auto header = document_from_json<FileHeader>(document, source);
+  if (header.format != format_name)
+    throw InputError(fmt::format("{}: format: is \"{}\"; expected \"{}\"", source,
+                                 shortened(header.format), format_name));
+  if (header.version > format_version)
+    throw InputError(
+        fmt::format("{}: format_version: is {}, of a newer Firn; this one reads up to {}; expected "
+                    "another Firn",
+                    source, header.version, format_version));
+  if (header.version == 1 && document.contains("records"))
+    for (Json& record : document["records"]) use_current_record_names(record);
+  auto file = document_from_json<RecordFile>(document, source, JsonReading::strict);
+  for (std::size_t i = 0; i < file.records.size(); ++i)
+    check_read(file.records[i].record, source, fmt::format("records.{}.", i));
+  return std::move(file.records);
 }
 
 std::vector<ReadRecord> read_records_file(const std::string& file) {
@@ -315,9 +350,11 @@ std::vector<ReadRecord> read_records_file(const std::string& file) {
 }
 
 MaterialRecord read_canonical(std::string_view text, const std::string& source) {
-  nlohmann::json parsed = parse_json(text, source);
-  use_current_record_names(parsed);
-  return read_record(JsonReader(parsed, source), source).record;
+  Json document = parse_json(text, source);
+  use_current_record_names(document);
+  auto record = document_from_json<ReadRecord>(document, source, JsonReading::strict).record;
+  check_read(record, source, "");
+  return record;
 }
 
 }  // namespace firn

@@ -82,8 +82,8 @@ constexpr JsonAlias kRenamedJsonWords[] = {
 };
 
 // Calls `apply` for each object at a path.
-template <class Json, class Apply>
-void for_objects_at(Json& node, std::string_view path, const Apply& apply) {
+template <class Apply>
+void for_objects_at(OrderedJson& node, std::string_view path, const Apply& apply) {
   if (!node.is_object()) return;
   if (path.empty()) {
     apply(node);
@@ -99,7 +99,7 @@ void for_objects_at(Json& node, std::string_view path, const Apply& apply) {
   if (!is_list) {
     for_objects_at(*found, rest, apply);
   } else if (found->is_array()) {
-    for (Json& element : *found) for_objects_at(element, rest, apply);
+    for (OrderedJson& element : *found) for_objects_at(element, rest, apply);
   }
 }
 
@@ -111,30 +111,26 @@ std::string kind_of(const OrderedJson& document) {
   return kind->is_string() ? kind->get<std::string>() : "";
 }
 
-template <class Json>
-void rename_json_key(Json& object, const std::string& from, const std::string& to) {
+void rename_json_key(OrderedJson& object, const std::string& from, const std::string& to) {
   if (!object.contains(from) || object.contains(to)) return;
-  Json renamed = Json::object();
+  OrderedJson renamed = OrderedJson::object();
   for (auto& [key, value] : object.items()) renamed[key == from ? to : key] = std::move(value);
   object = std::move(renamed);
 }
 
-template <class Json>
-void replace_json_word(Json& document, std::string_view path, std::string_view key,
+void replace_json_word(OrderedJson& document, std::string_view path, std::string_view key,
                        std::string_view from, std::string_view to) {
-  for_objects_at(document, path, [&](Json& object) {
+  for_objects_at(document, path, [&](OrderedJson& object) {
     const auto found = object.find(std::string(key));
-    if (found != object.end() && found->is_string() &&
-        found->template get_ref<const std::string&>() == from)
+    if (found != object.end() && found->is_string() && found->get_ref<const std::string&>() == from)
       *found = std::string(to);
   });
 }
 
-template <class Json>
-void use_current(Json& document, std::string_view kind) {
+void use_current(OrderedJson& document, std::string_view kind) {
   for (const JsonAlias& k : kRenamedJsonKeys)
     if (k.document == kind)
-      for_objects_at(document, k.path, [&](Json& object) {
+      for_objects_at(document, k.path, [&](OrderedJson& object) {
         rename_json_key(object, std::string(k.old_name), std::string(k.name));
       });
   for (const JsonAlias& w : kRenamedJsonWords)
@@ -148,7 +144,7 @@ std::span<const JsonAlias> renamed_json_words() { return kRenamedJsonWords; }
 
 void use_current_json_names(OrderedJson& document) { use_current(document, kind_of(document)); }
 
-void use_current_record_names(nlohmann::json& record) { use_current(record, kMaterialRecord); }
+void use_current_record_names(OrderedJson& record) { use_current(record, kMaterialRecord); }
 
 void use_first_record_names(OrderedJson& record) {
   for (const JsonAlias& w : kRenamedJsonWords)

@@ -20,7 +20,7 @@ std::span<const JsonAlias> renamed_json_words();
 void use_current_json_names(nlohmann::ordered_json& document);
 
 // The same for one material record, and the inverse: its hash is computed from the first names.
-void use_current_record_names(nlohmann::json& record);
+void use_current_record_names(nlohmann::ordered_json& record);
 void use_first_record_names(nlohmann::ordered_json& record);
 
 }  // namespace firn

@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "experiments/system/input_file.h"
 #include "experiments/system/input_limits.h"
 #include "experiments/text/json_aliases.h"
-#include "experiments/text/json_reader.h"
+#include "experiments/text/json_parser.h"
+#include "experiments/text/toml_document.h"
 
 namespace firn {
 namespace {
@@ -22,6 +24,14 @@ std::string path_of(const JsonPlace& place) {
   const std::string above = path_of(*place.parent);
   return fmt::format("{}{}{}", above, above.empty() ? "" : ".",
                      place.key.empty() ? std::to_string(place.index) : std::string(place.key));
+}
+
+bool is_whole_number(const FieldJson& json, std::int64_t least, std::int64_t most) {
+  if (!json.is_number_integer()) return false;
+  // Beyond 63 bits a number is unsigned and compares as too large.
+  if (json.is_number_unsigned() && json.get<std::uint64_t>() > static_cast<std::uint64_t>(most))
+    return false;
+  return json.get<std::int64_t>() >= least && json.get<std::int64_t>() <= most;
 }
 
 std::string description(const FieldJson& json) {
@@ -39,11 +49,25 @@ void JsonPlace::refuse(const FieldJson& found, std::string_view expected) const 
 }
 
 void JsonPlace::refuse_missing(std::string_view missing) const {
-  throw InputError(
-      fmt::format("{}: {}: missing; expected this key", file, path_of({file, this, missing})));
+  throw InputError(fmt::format("{}: {}: missing; expected this key", file, path_of(at(missing))));
+}
+
+void JsonPlace::refuse_unknown_keys(const FieldJson& object,
+                                    const std::vector<std::string_view>& known) const {
+  const std::string path = path_of(*this);
+  for (const auto& [key, value] : object.items())
+    if (std::ranges::find(known, key) == known.end())
+      throw InputError(fmt::format("{}: {}: unknown key \"{}\"; the nearest known one is \"{}\"",
+                                   file, path.empty() ? "document" : path, key,
+                                   nearest(key, known)));
 }
 
 void JsonFieldReader::read(const Json& json, const JsonPlace& place, double& value) {
+  if (place.reading == JsonReading::strict) {
+    if (!json.is_number()) place.refuse(json, "a number");
+    value = json.get<double>();  // finite, as the parser refuses others
+    return;
+  }
   value = std::numeric_limits<double>::quiet_NaN();
   if (json.is_null()) return;
   if (json.is_number()) value = json.get<double>();
@@ -61,13 +85,15 @@ void JsonFieldReader::read(const Json& json, const JsonPlace& place, std::string
 }
 
 void JsonFieldReader::read(const Json& json, const JsonPlace& place, int& value) {
-  // Beyond 63 bits a number is unsigned and compares as too large.
-  const bool fits = json.is_number_integer() &&
-                    !(json.is_number_unsigned() && json.get<std::uint64_t>() > kLargestInt) &&
-                    json.get<std::int64_t>() >= -kLargestInt &&
-                    json.get<std::int64_t>() <= kLargestInt;
-  if (!fits) place.refuse(json, "a whole number up to a billion");
+  if (!is_whole_number(json, -kLargestInt, kLargestInt))
+    place.refuse(json, "a whole number up to a billion");
   value = json.get<int>();
+}
+
+void JsonFieldReader::read(const Json& json, const JsonPlace& place, PositiveInt& number) {
+  if (!is_whole_number(json, 1, number.most))
+    place.refuse(json, fmt::format("a whole number from 1 to {}", number.most));
+  number.value = json.get<int>();
 }
 
 void JsonFieldReader::read(const Json& json, const JsonPlace& place, std::uint64_t& value) {
@@ -91,8 +117,8 @@ void ResultsJson::require_kind(const std::string& wanted, const std::string& com
 }
 
 ResultsJson read_results_json(const std::string& file, const std::string& expected) {
-  ResultsJson results{
-      file, parse_ordered_json(read_input_file(file, expected, input_limits::json_bytes), file)};
+  ResultsJson results{file,
+                      parse_json(read_input_file(file, expected, input_limits::json_bytes), file)};
   use_current_json_names(results.document);
   return results;
 }

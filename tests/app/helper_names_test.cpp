@@ -211,7 +211,7 @@ std::vector<std::string> hidden_functions(const std::vector<SourceFile>& files) 
 }
 
 // Helpers of two files of a folder with one name and one number of parameters. Overloads of
-// fields() (experiments/text/json_reader.h) differ in the type whose keys they list.
+// fields() (experiments/text/json_fields.h) differ in the type whose keys they list.
 std::vector<std::string> names_shared_in_a_folder(const std::vector<SourceFile>& files) {
   std::map<std::string, std::string> owner;
   std::vector<std::string> found;

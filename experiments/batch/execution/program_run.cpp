@@ -11,12 +11,13 @@
 #include "experiments/system/input_limits.h"
 #include "experiments/system/text_encoding.h"
 #include "experiments/text/csv_reader.h"
-#include "experiments/text/json_reader.h"
+#include "experiments/text/json_fields.h"
+#include "experiments/text/json_parser.h"
 
 namespace firn {
 namespace {
 
-using nlohmann::json;
+using Json = nlohmann::ordered_json;
 
 constexpr std::size_t most_responses = 1000, longest_name = 200;
 
@@ -25,7 +26,15 @@ struct InputOf {
   ProgramRun& run;
 };
 
-void fields(StrictFields& f, InputOf& input) {
+// A response that a program wrote: a number, null where it is undefined, or an object.
+struct ProgramResponse {
+  std::optional<double> value;
+  std::string unit;
+  std::optional<double> uncertainty;
+};
+
+template <class Fields>
+void fields(Fields& f, InputOf& input) {
   f.required("name", input.run.input_name);
   f.required("text", input.run.input_text);
 }
@@ -34,27 +43,28 @@ Response response_of(const std::string& name, double value, std::string unit) {
   return {name, {value}, {}, unit.empty() ? "1" : std::move(unit), "user program", 1};
 }
 
-Response read_json_response(const std::string& name, const json& value, const std::string& file) {
-  if (value.is_null()) return response_of(name, kUndefined, "");
-  const json whole = value.is_object() ? value : json{{"value", value}};
-  const JsonReader reader(whole, file, name);
-  reader.allow({"value", "unit", "uncertainty"});
-  if (!whole.contains("value")) reader.number("value");  // throws
-  Response r = response_of(name, reader.optional_number("value").value_or(kUndefined),
-                           reader.string_or_empty("unit"));
-  if (const auto u = reader.optional_number("uncertainty")) r.uncertainty = {*u};
-  return r;
+template <class Fields>
+void fields(Fields& f, ProgramResponse& r) {
+  f.required("value", r.value);
+  f.optional("unit", r.unit);
+  f.optional("uncertainty", r.uncertainty);
 }
 
+// By name.
 std::vector<Response> read_json_responses(const std::string& file) {
-  const json document = parse_json(
+  Json document = parse_json(
       read_input_file(file, "the responses of the program", input_limits::json_bytes), file);
   if (!document.is_object())
     throw InputError(
         fmt::format("{}: is no JSON object; expected {{\"RESPONSE\": NUMBER, ...}}", file));
+  for (auto& [name, value] : document.items())
+    if (!value.is_object()) value = Json{{"value", value}};
   std::vector<Response> responses;
-  for (const auto& item : document.items())
-    responses.push_back(read_json_response(item.key(), item.value(), file));
+  for (auto& [name, read] : document_from_json<std::map<std::string, ProgramResponse>>(
+           document, file, JsonReading::strict)) {
+    responses.push_back(response_of(name, read.value.value_or(kUndefined), std::move(read.unit)));
+    if (read.uncertainty) responses.back().uncertainty = {*read.uncertainty};
+  }
   return responses;
 }
 
@@ -79,7 +89,8 @@ std::vector<Response> read_csv_responses(const std::string& file) {
 }  // namespace
 
 // In alphabetical order: keys of runs are computed from the text.
-static void fields(StrictFields& f, ProgramRun& run) {
+template <class Fields>
+static void fields(Fields& f, ProgramRun& run) {
   f.required("arguments", run.arguments);
   f.required("input", InputOf{run});
   f.required("inputs", run.inputs);
@@ -87,15 +98,13 @@ static void fields(StrictFields& f, ProgramRun& run) {
   f.required("values", run.values);
 }
 
-std::string program_run_text(ProgramRun run) { return json_of(run).dump(1) + '\n'; }
+std::string program_run_text(ProgramRun run) { return json_text(std::move(run), 1) + '\n'; }
 
 ProgramRun parse_program_run(const std::string& text) {
   const std::string source = "run of a program";
-  const json document = parse_json(text, source);
-  const JsonReader reader(document, source);
-  ProgramRun run;
-  read_object(reader, run);
-  if (run.arguments.empty()) reader.fail("names no program");
+  auto run = document_from_json<ProgramRun>(parse_json(text, source), source, JsonReading::strict);
+  if (run.arguments.empty())
+    throw InputError(fmt::format("{}: document: names no program", source));
   return run;
 }
 

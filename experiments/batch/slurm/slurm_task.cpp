@@ -18,13 +18,14 @@
 #include "experiments/system/interruption.h"
 #include "experiments/system/output_file.h"
 #include "experiments/system/terminal.h"
-#include "experiments/text/json_reader.h"
+#include "experiments/text/json_fields.h"
+#include "experiments/text/json_parser.h"
 
 namespace firn {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
+using Json = nlohmann::ordered_json;
 
 constexpr auto look_every = std::chrono::milliseconds(100);
 
@@ -59,27 +60,33 @@ struct TaskList {
 }  // namespace
 
 // The text of a job is in its case file.
-static void fields(StrictFields& f, Job& job) {
+template <class Fields>
+static void fields(Fields& f, Job& job) {
   f.required("folder", job.folder);
   f.required("key", job.key);
   f.required("memory_limit", job.limits.memory);
-  f.required("threads", WholeNumber{job.threads, 1024});
+  f.required("threads", PositiveInt{job.threads, 1024});
   f.required("time_limit", job.limits.time);
   f.required("user_program", job.user_program);
 }
 
-static void fields(StrictFields& f, TaskList& list) {
+template <class Fields>
+static void fields(Fields& f, TaskList& list) {
   f.required("program", list.program);
   f.required("tasks", list.tasks);
 }
 
-static nlohmann::ordered_json json_of(JobStatus& status) { return to_string(status); }
-static void read_key(const JsonReader& j, const char* key, JobStatus& status) {
-  status = outcome_status(j.string(key)).value_or(JobStatus::failed);
+static Json json_value(JobStatus& status) { return to_string(status); }
+
+static void read_json_value(const Json& json, const JsonPlace& place, JobStatus& status) {
+  std::string word;
+  JsonFieldReader::read(json, place, word);
+  status = outcome_status(word).value_or(JobStatus::failed);
 }
 
 // Without responses: the results file has them.
-static void fields(StrictFields& f, JobResult& outcome) {
+template <class Fields>
+static void fields(Fields& f, JobResult& outcome) {
   f.required("limit", outcome.limit);
   f.required("reason", outcome.reason);
   f.required("simulated", outcome.simulated);
@@ -90,10 +97,9 @@ static void fields(StrictFields& f, JobResult& outcome) {
 namespace {
 
 Job read_task(const std::string& file, int index, std::string& program) {
-  const json document = parse_json(
+  const Json document = parse_json(
       read_input_file(file, "a list of tasks of firn calibrate", input_limits::json_bytes), file);
-  TaskList list;
-  read_object(JsonReader(document, file), list);
+  auto list = document_from_json<TaskList>(document, file, JsonReading::strict);
   if (index < 0 || index >= static_cast<int>(list.tasks.size()))
     throw InputError(
         fmt::format("{}: holds no task {}; expected a list of firn calibrate", file, index));
@@ -113,7 +119,7 @@ void write_tasks(const std::string& file, const std::vector<Job>& jobs,
   }
   TaskList list{program, jobs};
   make_own_folder(fs::path(file).parent_path());
-  write_own_file(file, json_of(list).dump(1) + '\n');
+  write_own_file(file, json_text(list, 1) + '\n');
 }
 
 std::optional<JobResult> read_task_outcome(const Job& job) {
@@ -121,9 +127,9 @@ std::optional<JobResult> read_task_outcome(const Job& job) {
   if (std::error_code error; !fs::exists(file, error)) return std::nullopt;
   JobResult r;
   try {
-    const json document = parse_json(
+    const Json document = parse_json(
         read_input_file(file, "an outcome of firn calibrate", input_limits::json_bytes), file);
-    read_object(JsonReader(document, file), r);
+    r = document_from_json<JobResult>(document, file, JsonReading::strict);
   } catch (const InputError&) {  // a part of it, on a shared folder
     return std::nullopt;
   }
@@ -166,8 +172,7 @@ int run_slurm_task(const std::string& list, int index, const std::atomic<bool>* 
   if (result->status == JobStatus::interrupted) return 130;
   if (result->status == JobStatus::lost && stopped) return 130;  // the signal came to both
   if (result->status == JobStatus::lost) throw RunError(result->reason);
-  write_own_file(outcome_file(job),
-                 json_of(*result).dump(-1, ' ', false, json::error_handler_t::replace));
+  write_own_file(outcome_file(job), json_text(*result, -1));
   return 0;
 }
 

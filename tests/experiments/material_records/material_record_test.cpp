@@ -217,26 +217,27 @@ TEST(MaterialJson, MistakesAreToldWithTheirPlace) {
   EXPECT_THAT(reading("{\"a\": 1, \"a\": 2}"), HasSubstr("\"a\" stands twice"));
   EXPECT_THAT(reading("{\"a\": 1e999}"), HasSubstr("no computer can"));
   EXPECT_THAT(reading("\xff"), HasSubstr("UTF-8"));
-  EXPECT_THAT(reading("[]"), HasSubstr("r.json: document: is an array; expected an object"));
+  EXPECT_THAT(reading("[]"), HasSubstr("r.json: document: is a list of 0; expected an object"));
   EXPECT_THAT(reading("{}"), HasSubstr("r.json: format: missing"));
   EXPECT_THAT(reading_with("/format_version", 3), HasSubstr("of a newer Firn"));
   EXPECT_THAT(reading_with("/records/0/color", 1),
               HasSubstr("records.0: unknown key \"color\"; the nearest known one is"));
   EXPECT_THAT(reading_with("/records/0/parameters/1/value", "0.1"),
               HasSubstr("r.json: records.0.parameters.1.value: is \"0.1\"; expected a number"));
-  EXPECT_THAT(reading_with("/records/0/parameters/0/interval_95", Json::array({1})),
-              HasSubstr("records.0.parameters.0.interval_95: has 1 numbers; expected two ends"));
+  EXPECT_THAT(
+      reading_with("/records/0/parameters/0/interval_95", Json::array({1})),
+      HasSubstr("records.0.parameters.0.interval_95: is a list of 1; expected a list of 2"));
   EXPECT_THAT(reading_with("/records/0/version", 0),
-              HasSubstr("records.0.version: is the number 0"));
+              HasSubstr("records.0.version: is 0; expected a whole number from 1 to"));
   EXPECT_THAT(reading_with("/records/0/version", 1.5), HasSubstr("expected a whole number"));
   EXPECT_THAT(reading_with("/records/0/kind", "guessed"),
               HasSubstr("expected one of published, measured, calibrated, assumed"));
   EXPECT_THAT(reading_with("/records/0/posterior_ensemble/axes/0/scale", "cubic"),
               HasSubstr("records.0.posterior_ensemble.axes.0.scale"));
   EXPECT_THAT(reading_with("/records/0/provenance/seeds/0", -1),
-              HasSubstr("records.0.provenance.seeds.0: is the number -1"));
+              HasSubstr("records.0.provenance.seeds.0: is -1"));
   EXPECT_THAT(reading_with("/records/0/provenance", Json()),
-              HasSubstr("records.0.provenance: missing"));
+              HasSubstr("records.0.provenance: is null; expected an object"));
 }
 
 // ---- The schema that ships ----

@@ -89,5 +89,87 @@ TEST(JsonFields, AreRefusedWithTheirPlace) {
             "x.json: known: is null; expected true or false");
 }
 
+// ---- Strict reading, and structs that do not depend on JSON ----
+
+enum class Surface { dry, wet };
+
+struct TestSetup {
+  std::string name;
+  Surface surface = Surface::dry;
+  int threads = 1;
+  double largest = 0;
+  bool has_note = false;
+  std::string note;
+  double weight = 0;
+  std::map<std::string, double> loads;
+  std::vector<std::string> tags;
+};
+
+nlohmann::ordered_json json_value(Surface& surface) {
+  return surface == Surface::wet ? "wet" : "dry";
+}
+
+void read_json_value(const nlohmann::ordered_json& json, const JsonPlace& place, Surface& surface) {
+  if (json != "wet" && json != "dry") place.refuse(json, "\"wet\" or \"dry\"");
+  surface = json == "wet" ? Surface::wet : Surface::dry;
+}
+
+template <class Fields>
+void fields(Fields& f, TestSetup& s) {
+  f.required("name", s.name);
+  f.required("surface", s.surface);
+  f.required("threads", PositiveInt{s.threads, 8});
+  f.required("has_note", s.has_note);
+  f.required_if(s.has_note, "note", s.note);
+  f.written_if(s.weight > 0, "weight", s.weight);
+  f.optional("loads", s.loads);
+  f.added("tags", s.tags);
+}
+
+TestSetup read_strictly(const std::string& text) {
+  return document_from_json<TestSetup>(nlohmann::ordered_json::parse(text), "x.json",
+                                       JsonReading::strict);
+}
+
+std::string strict_refusal(const std::string& text) {
+  try {
+    read_strictly(text);
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "none";
+}
+
+TEST(StrictJsonFields, AreReadAsTheyAreWritten) {
+  for (
+      const char* text :
+      {R"({"name":"a","surface":"wet","threads":8,"has_note":false,"tags":[]})",
+       R"({"name":"a","surface":"dry","threads":1,"has_note":true,"note":"n","weight":1e+200,"loads":{"b":0.5,"c":1.0},"tags":["t"]})"}) {
+    TestSetup setup = read_strictly(text);
+    EXPECT_EQ(JsonFieldWriter::json_of(setup).dump(), text);
+  }
+}
+
+TEST(StrictJsonFields, RefuseUnknownKeysAndNull) {
+  const std::string head = R"({"name": "a", "surface": "wet", "threads": 2)";
+  const auto with = [&](const std::string& rest) { return strict_refusal(head + rest + "}"); };
+  EXPECT_EQ(with(R"(, "has_note": false)"), "none");
+  EXPECT_EQ(with(R"(, "has_note": false, "note": 7, "weight": null, "tags": null)"), "none");
+  EXPECT_EQ(with(R"(, "has_note": true)"), "x.json: note: missing; expected this key");
+  // Also where a required key is missing: the unknown one is the cause.
+  EXPECT_EQ(with(R"(, "has_notes": false)"),
+            "x.json: document: unknown key \"has_notes\"; the nearest known one is \"has_note\"");
+  EXPECT_EQ(with(R"(, "has_note": null)"), "x.json: has_note: is null; expected true or false");
+  EXPECT_EQ(with(R"(, "has_note": false, "loads": {"b": null})"),
+            "x.json: loads.b: is null; expected a number");
+  EXPECT_EQ(strict_refusal(R"({"name": "a", "surface": "icy"})"),
+            "x.json: surface: is \"icy\"; expected \"wet\" or \"dry\"");
+  for (const char* threads : {"0", "9", "1.5", "-1", "18446744073709551615", "\"2\""})
+    EXPECT_EQ(
+        strict_refusal(R"({"name": "a", "surface": "wet", "threads": )" + std::string(threads) +
+                       "}"),
+        std::string("x.json: threads: is ") + threads + "; expected a whole number from 1 to 8");
+}
+
 }  // namespace
 }  // namespace firn

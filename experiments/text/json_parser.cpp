@@ -1,0 +1,74 @@
+#include "experiments/text/json_parser.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+#include <vector>
+
+#include "experiments/system/input_limits.h"
+#include "experiments/system/text_encoding.h"
+#include "firn/math.h"
+
+namespace firn {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::size_t line_at(std::string_view text, std::size_t byte) {
+  const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(byte, text.size()));
+  return 1 + static_cast<std::size_t>(std::count(text.begin(), end, '\n'));
+}
+
+// Stops the parser.
+struct Refused {
+  std::string what;
+};
+
+}  // namespace
+
+Json parse_json(std::string_view text, const std::string& source) {
+  using Event = Json::parse_event_t;
+  std::vector<std::set<std::string>> keys;  // of the objects that are open
+  std::string key;                          // read last
+  const auto check_text = [&](const std::string& text, bool one_line) {
+    const std::string found =
+        one_line ? encode::first_unprintable(text) : encode::first_control(text);
+    if (!found.empty())
+      throw InputError(fmt::format("{}: {}: has the character {}; expected printable text", source,
+                                   encode::terminal(key), found));
+  };
+  const auto watch = [&](int depth, Event event, Json& parsed) {
+    if (depth > input_limits::json_depth)
+      throw Refused{fmt::format("arrays and objects are nested more than {} deep; expected fewer",
+                                input_limits::json_depth)};
+    if (event == Event::key) {
+      key = parsed.get<std::string>();
+      check_text(key, true);
+    }
+    if (event == Event::value && parsed.is_string())
+      check_text(parsed.get_ref<const std::string&>(), key == "name" || key == "title");
+    if (event == Event::object_start) keys.emplace_back();
+    if (event == Event::object_end) keys.pop_back();
+    if (event == Event::key && !keys.back().insert(key).second)
+      throw Refused{
+          fmt::format("the key \"{}\" stands twice in one object; expected it once", key)};
+    if (event == Event::key && keys.back().size() > input_limits::json_keys)
+      throw Refused{
+          fmt::format("an object has more than {} keys; expected fewer", input_limits::json_keys)};
+    return true;
+  };
+  try {
+    return Json::parse(text, watch);
+  } catch (const Json::parse_error& e) {
+    throw InputError(fmt::format("{}:{}: JSON: no JSON from here on; expected valid JSON in UTF-8",
+                                 source, line_at(text, e.byte)));
+  } catch (const Json::exception&) {  // a number beyond all doubles
+    throw InputError(fmt::format(
+        "{}:1: JSON: holds a number that no computer can; expected finite numbers", source));
+  } catch (const Refused& refused) {
+    throw InputError(fmt::format("{}:1: JSON: {}", source, refused.what));
+  }
+}
+
+}  // namespace firn
