@@ -196,8 +196,8 @@ TEST_F(DamagedResults, AreNamedByEveryCommand) {
   EXPECT_EQ(fs::exists(folder_.path() / "new.h5"), false);
 }
 
-// Gives a file the attribute without which no reader goes on to its objects; in a process of its
-// own, as the library may crash over it.
+// Gives a file the attribute without which no reader continues to its objects; in a separate
+// process, as the library may crash over it.
 void mark_as_results(const std::string& file) {
   const pid_t child = fork();
   if (child == 0) {

@@ -1,4 +1,4 @@
-// Runs the real program as its users do, in a folder of its own.
+// Runs the real program as its users do, in a separate folder.
 #pragma once
 
 #include <sys/types.h>

@@ -26,7 +26,7 @@ ConvexPart bar(const Vec3& center, const Vec3& half, double angle) {
   return moved(convex_part(sides, 1e-3), {turn, center});
 }
 
-// In axes of its own: the shaft along x.
+// In its body axes: the shaft along x.
 Boundary make_stirrer() {
   constexpr int kBlades = 12;
   Boundary b;

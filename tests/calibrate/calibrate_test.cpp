@@ -349,7 +349,7 @@ TEST(Resume, AnInterruptedStudyGoesOnToTheSameAnswer) {
   EXPECT_EQ(stopped.runs + rest.runs, whole.runs);
 }
 
-// Runs the study in a process of its own that kills itself after some events; true when it got
+// Runs the study in a separate process that kills itself after some events; true when it got
 // through before. `log` gathers a line as each run starts and as each has been reported.
 bool run_and_kill(const std::string& study, const std::string& directory, const std::string& log,
                   int events) {
@@ -422,7 +422,7 @@ TEST(CalibrateLong, IntervalsCoverTheTruth) {
 }
 
 // One simulation in the first that returns what no measurement can be: that run has failed, the
-// study goes on. The same of a journal in which such numbers were written.
+// study continues. The same of a journal in which such numbers were written.
 TEST(Calibrate, AbsurdResponsesEndTheirRunAlone) {
   const std::string target = angle_target;
   for (const double absurd : {1e200, -1e200, 1e308, 1e31, HUGE_VAL}) {

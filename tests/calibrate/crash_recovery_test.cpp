@@ -1,4 +1,4 @@
-// The real program, killed and starved at any moment: the study goes on to the same answer.
+// The real program, killed and starved at any moment: the study continues to the same answer.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // What a study states of its answer, held against problems whose truth is known: many studies of
-// each, with measurements and seeds of their own.
+// each, with separate measurements and seeds.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -72,7 +72,7 @@ double fan(int k, int count, double a, double b) {
 }
 
 // The shares of studies of `count` targets that are called infeasible, each measured with an
-// error of its own and `shift` on top, in standard deviations.
+// independent error and `shift` on top, in standard deviations.
 double share_rejected(int count, int studies, const std::function<double(int)>& shift) {
   int rejected = 0;
   for (int s = 0; s < studies; ++s) {

@@ -63,8 +63,8 @@ bool plausible(int inside, int count, double share) {
 void coverage(const std::vector<Problem>& problems, int studies, int runs) {
   fmt::print("## Does the 95 % region hold the truth 95 % of the time?\n\n");
   fmt::print(
-      "{} studies of {} runs for each problem, each with a measurement and seeds of its "
-      "own.\n\n",
+      "{} studies of {} runs for each problem, each with a separate measurement and "
+      "separate seeds.\n\n",
       studies, runs);
   fmt::print(
       "| problem | region | intervals of single parameters | mean share denser than the truth "

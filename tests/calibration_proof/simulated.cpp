@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 // Seeds of a study lie this far apart from those of the next; those of its truth, and those that
-// judge its answer, are out of its own reach.
+// judge its answer, are out of its reach.
 constexpr std::uint64_t study_stride = 10000, truth_seeds = 6000, fresh_seeds = 7000;
 
 std::vector<double> values_of(const std::vector<JobResult>& runs, const std::string& name) {

@@ -26,7 +26,7 @@ inline double normal(std::mt19937_64& random) {
 class FakeExperiment : public Executor {
  public:
   using Values = std::map<std::string, double>;  // by case key
-  // Makes the outcome of one run from its parameters and a stream of random numbers of its own.
+  // Makes the outcome of one run from its parameters and a separate stream of random numbers.
   using Formula = std::function<JobResult(const Values&, std::mt19937_64&)>;
 
   explicit FakeExperiment(Formula formula) : formula_(std::move(formula)) {}

@@ -1,4 +1,4 @@
-// A folder of its own for each test that writes files.
+// A separate folder for each test that writes files.
 #pragma once
 
 #include <gtest/gtest.h>

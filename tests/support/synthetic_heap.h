@@ -144,8 +144,8 @@ inline DrainedRepose drained_box() {
 }
 
 // The heap on one ledge (sign -1: left, +1: right), rising to the end wall at `angle` (deg) from
-// `lip_height` (m) at the lip. It is cut out of a larger heap that goes on beyond walls and lip, so
-// that its roughness is the same everywhere.
+// `lip_height` (m) at the lip. It is cut out of a larger heap that continues beyond walls and lip,
+// so that its roughness is the same everywhere.
 inline std::vector<PlacedMesh> ledge_heap(const TriangleMesh& mesh, double cube_size, double sign,
                                           double angle, double lip_height, std::uint64_t seed,
                                           double tilt_y = 0) {

@@ -45,7 +45,7 @@ StudySummary run_and_save(const std::string& file, const std::string& directory,
   options.show_progress = false;
   options.plot = false;
   options.replace_executor = &executor;
-  options.save = {"mine", "somebody", "a remark", {{"temperature", "-10 C"}}};
+  options.save = {"mine", "an engineer", "a remark", {{"temperature", "-10 C"}}};
   return calibrate(options);
 }
 
@@ -87,7 +87,7 @@ TEST(StudyMaterial, KeepsTheFamilyWithItsProvenance) {
     const std::vector<double> v = chosen_values(r, choice);
     EXPECT_NEAR(angle(v[0], v[1]), 10, 4 * 0.7);
   }
-  // The answer was simulated five times, with seeds of its own; every value is here.
+  // The answer was simulated five times, with fresh seeds; every value is here.
   const ReferenceSet& answer = f.reference_sets.front();
   EXPECT_EQ(answer.name, "answer");
   EXPECT_EQ(answer.values[0], r.parameters[0].value);
@@ -96,7 +96,7 @@ TEST(StudyMaterial, KeepsTheFamilyWithItsProvenance) {
   EXPECT_EQ(answer.runs[0].responses.at(0).name, "aor");
   // Who, from what, by which program, measured how: nothing is left out.
   const Provenance& p = r.provenance;
-  EXPECT_EQ(p.author, "somebody");
+  EXPECT_EQ(p.author, "an engineer");
   EXPECT_EQ(p.measurements.at(0).value, 10);
   EXPECT_EQ(p.estimators.at(0).method, "formula");
   EXPECT_THAT(p.seeds, testing::IsSupersetOf({1u, 2u, 3u, 1001u, 1005u}));

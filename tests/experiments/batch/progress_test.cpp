@@ -1,4 +1,4 @@
-// What programs read of a study while it goes on.
+// What programs read of a study while it runs.
 #include "experiments/batch/progress.h"
 
 #include <gmock/gmock.h>

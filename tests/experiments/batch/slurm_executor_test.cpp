@@ -50,7 +50,7 @@ echo "$@" >> $CLUSTER/submitted
 keys=$(sed -n 's/.*"key": "\(.*\)".*/\1/p' $CLUSTER/lists/$name.json)
 state() { echo "$name|77|$1|$2" >> $CLUSTER/queue/$name.$1; }
 finish() {
-  echo '{"status": "failed", "reason": "as told", "wall": 2, "simulated": 0, "limit": 0}' \
+  echo '{"status": "failed", "reason": "as planned", "wall": 2, "simulated": 0, "limit": 0}' \
     > $CLUSTER/runs/$key.outcome
 }
 index=0
@@ -105,7 +105,7 @@ TEST_F(SlurmExecutorTest, HandsOverOneArrayAndTakesItsOutcomes) {
   const auto results = run({"a", "b", "c"});
   ASSERT_EQ(results.size(), 3u);
   EXPECT_EQ(results.at("b").status, JobStatus::failed);
-  EXPECT_EQ(results.at("b").reason, "as told");
+  EXPECT_EQ(results.at("b").reason, "as planned");
   EXPECT_EQ(results.at("b").wall, 2);
   const std::string command = submitted();
   for (const char* part :
@@ -200,8 +200,8 @@ TEST_F(SlurmExecutorTest, AnEarlierSessionsTasksAreAttachedAndOnlyTheMissingSubm
   const auto results = run({"a", "b", "c", "d"});
   EXPECT_EQ(results.at("a").reason, "waited");
   EXPECT_EQ(results.at("b").reason, "unseen");
-  EXPECT_EQ(results.at("c").reason, "as told");
-  EXPECT_EQ(results.at("d").reason, "as told");
+  EXPECT_EQ(results.at("c").reason, "as planned");
+  EXPECT_EQ(results.at("d").reason, "as planned");
   EXPECT_THAT(submitted(), HasSubstr("--array=0-1%3"));  // c and d
   EXPECT_TRUE(journal_.submissions().empty());
 }
@@ -224,7 +224,7 @@ TEST_F(SlurmExecutorTest, ALostAnswerIsFoundByTheNameOfTheArray) {
 
 TEST_F(SlurmExecutorTest, AnArrayThatNeverArrivedIsHandedOverAgain) {
   journal_.submit({"firn-earlier", "", {"a"}});
-  EXPECT_EQ(run({"a"}).at("a").reason, "as told");
+  EXPECT_EQ(run({"a"}).at("a").reason, "as planned");
 }
 
 TEST_F(SlurmExecutorTest, NothingIsSubmittedWhileTheQueueOfAnEarlierSessionIsSilent) {
@@ -239,7 +239,7 @@ TEST_F(SlurmExecutorTest, AnOutcomeCutShortByALowerLimitIsNone) {
   limits_.time = 60;
   folder_.write("runs/a.outcome",
                 R"({"status":"timed out","reason":"over","wall":30,"simulated":0,"limit":30})");
-  EXPECT_EQ(run({"a"}).at("a").reason, "as told");
+  EXPECT_EQ(run({"a"}).at("a").reason, "as planned");
 }
 
 // What a node does, with a script in place of firn run.

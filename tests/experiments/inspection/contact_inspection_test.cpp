@@ -132,7 +132,7 @@ TEST(ForceBalance, ForcesExplainTheMotionToRounding) {
   for (int i = 0; i < 20; ++i) {
     const ForceBalance b = force_balance(solver, i);
     EXPECT_LT(b.sum_mismatch, 1e-13 * b.scale) << i;
-    // Momenta are known to some roundings of their own size, and divided by the step.
+    // Momenta are known to some roundings of their size, and divided by the step.
     const ParticleState& state = solver.particles();
     const Shape& shape = solver.model().shapes[0];
     constexpr double kRounding = 20 * std::numeric_limits<double>::epsilon() / 1e-5;  // 1/s

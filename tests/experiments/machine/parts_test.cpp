@@ -205,7 +205,7 @@ TEST(MachineParts, DrumHoldsItsClosedForm) {
   const double R = d.diameter / 2 + d.wall, r = d.diameter / 2;
   const double exact = disc(R, kCircle) * (d.length + 2 * d.wall) - disc(r, kCircle) * d.length;
   EXPECT_NEAR(volume(make_drum(d)), exact, 1e-9 * exact);
-  // Lifters are boxes on flats of their own, less the gaps at their ends.
+  // Lifters are boxes on separate flats, less the gaps at their ends.
   d.lifters = 4;
   const double lifters = 4 * d.lifter_height * d.lifter_thickness * d.length * (1 - 2e-3);
   const double inside = pi * r * r * d.length - lifters;

@@ -35,7 +35,7 @@ std::string refusal(const std::function<void()>& act) {
   return "accepted";
 }
 
-// Runs it in a process of its own; its exit status, 99 for an exception.
+// Runs it in a separate process; its exit status, 99 for an exception.
 pid_t in_process(const std::function<int()>& act) {
   const pid_t pid = fork();
   if (pid != 0) return pid;

@@ -50,7 +50,7 @@ TEST_F(MeasuredDataTest, MayBeMissing) {
   EXPECT_FALSE(read(kTrace).data->present);
 }
 
-// The trace of a load cell: a status of its own, no words needed.
+// The trace of a load cell: a separate status, no words needed.
 TEST_F(MeasuredDataTest, RecordedOnesNeedDataAndNoStatement) {
   const auto recorded = [&](const std::string& text) {
     return read_measurement_text("name = \"n\"\nstatus = \"recorded\"\nsource = \"s\"\n" + text,

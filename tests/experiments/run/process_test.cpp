@@ -517,7 +517,7 @@ TEST_F(SceneTest, MistakesAreNamed) {
   EXPECT_THAT(set("tags.0.stage", "dropp"), HasSubstr("unknown stage"));
   EXPECT_THAT(set("switches.full.motion_frame", "lift"), HasSubstr("expected one of a free body"));
   EXPECT_THAT(set("gates.below.region_min", "0 0 0 m"), HasSubstr("either region_min"));
-  // A motion of its own on a free frame.
+  // A prescribed motion on a free frame.
   EXPECT_THAT(set("boundaries.plate.motions",
                   "[{ kind = \"vibration\", direction = [0, 0, 1], amplitude = \"1 mm\", "
                   "frequency = \"50 Hz\" }]"),

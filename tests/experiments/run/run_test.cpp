@@ -47,7 +47,7 @@ void expect_equal_datasets(const std::string& a, const std::string& b) {
   }
 }
 
-// Runs `work` in a process of its own, which ends with it.
+// Runs `work` in a separate process, which ends with it.
 template <class Work>
 pid_t start_process(Work&& work) {
   const pid_t child = ::fork();

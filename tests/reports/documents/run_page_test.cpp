@@ -188,7 +188,7 @@ TEST_F(RunPage, PlaysInABrowser) {
 }
 
 // Should markup of a file ever reach a page, its scripts do not run: the page names the hashes of
-// its own ones.
+// the scripts of Firn.
 TEST(PageInABrowser, RunsNoScriptButItsOwn) {
   if (!has_browser()) GTEST_SKIP() << "chromium is not installed: no script is tried";
   const fs::path folder = test::scratch_path("page with a foreign script");

@@ -43,8 +43,8 @@ Joint slider(const Vec3& direction) {
   return axis;
 }
 
-// A bob of 0.3 kg, 0.2 m off a hinge along y, with an inertia of its own; drawn at `angle` from
-// straight down.
+// A bob of 0.3 kg, 0.2 m off a hinge along y, with an inertia about its center; drawn at `angle`
+// from straight down.
 constexpr double kMass = 0.3, kArm = 0.2, kOwn = 1e-3, kAboutHinge = kOwn + kMass * kArm * kArm;
 MotionFrame pendulum(double angle, const Vec3& pivot = Vec3::Zero()) {
   MotionFrame frame =
@@ -169,7 +169,8 @@ TEST(FreeBody, StopTurnsTheMotionRoundByItsRestitution) {
 }
 
 TEST(FreeBody, TorqueFreeBodyKeepsItsMomentumAndEnergy) {
-  // Set spinning by the first step of the frame it hangs on, about an axis that is none of its own.
+  // Set spinning by the first step of its parent frame, about an axis that is none of its principal
+  // axes.
   const Vec3 inertia(1e-3, 2e-3, 3e-3);
   MotionFrame carrier;
   carrier.name = "carrier";
@@ -278,8 +279,8 @@ void add_plate(Model& model, int frame, const Vec3& center) {
 }
 
 TEST(FreeBody, CubeOnAHingedPlateBendsItsSpring) {
-  // Hinge along y at x = 0; the cube lies at x = 0.15: k q = m g x cos q, plate without weight of
-  // its own (hinged at its center of mass).
+  // Hinge along y at x = 0; the cube lies at x = 0.15: k q = m g x cos q, and the plate is hinged
+  // at its center of mass.
   Joint axis = hinge(Vec3::UnitY());
   axis.stiffness = 2;
   axis.damping = 0.05;

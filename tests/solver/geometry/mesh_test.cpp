@@ -119,7 +119,7 @@ TEST(BoundingBox, HoldsAllVertices) {
   EXPECT_EQ(upper, Vec3(2, 3, 5));
 }
 
-// Every triangle with corners of its own, as STL files have it.
+// Every triangle with separate corners, as STL files have it.
 TriangleMesh exploded(const TriangleMesh& mesh, double scatter) {
   TriangleMesh result;
   for (const auto& t : mesh.triangles) {

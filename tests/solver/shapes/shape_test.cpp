@@ -241,7 +241,7 @@ TEST_P(CrescentParts, NeighborsAreThoseNextToEachOther) {
 }
 
 TEST_P(CrescentParts, StayNearTheMesh) {
-  // Flat pieces of dish and arc leave a distance of their own; the sweep adds that of its rounded
+  // Flat pieces of dish and arc leave a distance; the sweep adds that of its rounded
   // corners: where three faces meet at right angles, sqrt(3) - 1 of its radius.
   const double flat = parameters.parts == 1 ? 0.7e-3 : parameters.parts < 4 ? 0.35e-3 : 0.09e-3;
   EXPECT_LT(shape.surface_deviation, flat + 0.8 * rounding);

@@ -238,7 +238,7 @@ TEST(Statistics, AreTheSameForEveryNumberOfThreadsAndAcrossARestore) {
   EXPECT_TRUE(same(intervals, resumed.take_load_intervals(true)));
 }
 
-// They start where they are asked for, and end where they are not, in a state that goes on.
+// They start where they are asked for, and end where they are not, in a state that continues.
 TEST(Events, StartInAStateThatWasKeptWithoutThem) {
   Model model = small_box(10);
   Solver plain = filled(model);

@@ -67,7 +67,7 @@ std::string different_groups(const std::vector<GroupHash>& a, const std::vector<
   return names;
 }
 
-// A state is restored at every seventh step of a fall into contact, and goes on for a while with
+// A state is restored at every seventh step of a fall into contact, and continues for a while with
 // the hashes of the run that never stopped.
 TEST(Determinism, ResumedAtAnyStepGoesOnWithTheSameHashes) {
   constexpr std::size_t kSteps = 280, kAhead = 40;
@@ -242,7 +242,7 @@ TEST(Determinism, WideAndPlainInstructionsGiveTheSameBytes) {
 }
 
 // A cloud of spinning dice that is large enough for tasks of several ranges, which fetch ahead and
-// have scratch memory of their own: with one thread a single task, with more smaller ones.
+// have separate scratch memory: with one thread a single task, with more smaller ones.
 TEST(Determinism, TasksOfSeveralRangesGiveTheSameBytes) {
   constexpr int kSide = 28, kSteps = 40;
   Model model = scenes::empty(scenes::law(0.1, 0.3), scenes::law(0.1, 0.3));
