@@ -43,7 +43,7 @@ std::vector<VerificationCase> all_cases() {
   std::vector<VerificationCase> all;
   for (auto* cases :
        {impact_cases, energy_cases, body_cases, structure_cases, bulk_cases, machine_cases,
-        invariance_cases, mesh_cases, tessellation_cases, robustness_cases}) {
+        invariance_cases, mesh_cases, tessellation_cases, curved_wall_cases, robustness_cases}) {
     std::vector<VerificationCase> some = cases();
     all.insert(all.end(), std::make_move_iterator(some.begin()),
                std::make_move_iterator(some.end()));

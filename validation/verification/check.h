@@ -61,6 +61,7 @@ std::vector<VerificationCase> machine_cases();       // "machine.": parts in con
 std::vector<VerificationCase> invariance_cases();    // "invariance.": equivalent setups
 std::vector<VerificationCase> mesh_cases();          // "invariance.": other meshes, other parts
 std::vector<VerificationCase> tessellation_cases();  // "invariance.": the same solid cut otherwise
+std::vector<VerificationCase> curved_wall_cases();   // "invariance.": facets that are refined
 std::vector<VerificationCase> robustness_cases();    // "robustness.": extreme setups
 
 }  // namespace firn::verification
