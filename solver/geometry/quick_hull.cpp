@@ -1,7 +1,10 @@
 #include "solver/geometry/quick_hull.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 
 namespace firn {
 namespace {
@@ -12,16 +15,46 @@ struct Facet {
   std::array<int, 3> neighbors = {-1, -1, -1};  // across corners k, k + 1
   Vec3 normal = Vec3::Zero();
   double offset = 0;
-  std::vector<int> above;  // points that this facet must still take in
+  // Points that this facet must still take in: a list through Builder::next_.
+  int first_above = -1, last_above = -1;
   int farthest = -1;
   double distance = 0;
   bool alive = true;
 };
 
+// Indices of points, each place once: of points with the same bits, the first.
+std::vector<int> distinct_points(const std::vector<Vec3>& points) {
+  const std::size_t mask = std::bit_ceil(2 * points.size() + 1) - 1;
+  std::vector<int> slots(mask + 1, -1);  // a hash table
+  std::vector<int> distinct;
+  distinct.reserve(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto bits = std::bit_cast<std::array<std::uint64_t, 3>>(
+        std::array<double, 3>{points[i].x(), points[i].y(), points[i].z()});
+    std::uint64_t hash = 0;
+    for (const std::uint64_t word : bits) {
+      hash = (hash ^ word) * 0x9e3779b97f4a7c15;
+      hash ^= hash >> 32;
+    }
+    std::size_t slot = hash & mask;
+    const auto differs = [&points, i](int other) {
+      return std::memcmp(points[other].data(), points[i].data(), 3 * sizeof(double)) != 0;
+    };
+    while (slots[slot] >= 0 && differs(slots[slot])) slot = (slot + 1) & mask;
+    if (slots[slot] >= 0) continue;
+    slots[slot] = static_cast<int>(i);
+    distinct.push_back(static_cast<int>(i));
+  }
+  return distinct;
+}
+
 class Builder {
  public:
   Builder(const std::vector<Vec3>& points, double tolerance)
-      : points_(points), tolerance_(tolerance), edge_to_(points.size(), -1) {}
+      : points_(points),
+        tolerance_(tolerance),
+        next_(points.size(), -1),
+        edge_to_(points.size(), -1) {}
 
   std::optional<QuickHull> build() {
     if (points_.size() < 4 || !start()) return std::nullopt;
@@ -47,30 +80,33 @@ class Builder {
     return true;
   }
 
-  static void note(Facet& f, int p, double distance) {
-    f.above.push_back(p);
+  void note(Facet& f, int p, double distance) {
+    (f.last_above < 0 ? f.first_above : next_[f.last_above]) = p;
+    f.last_above = p;
+    next_[p] = -1;
     if (distance > f.distance) {
       f.distance = distance;
       f.farthest = p;
     }
   }
 
-  void skip_farthest(Facet& f) const {
-    std::erase(f.above, f.farthest);
-    f.farthest = -1;
+  void skip_farthest(Facet& f) {
+    const int skipped = f.farthest;
+    int p = f.first_above;
+    f.first_above = f.last_above = f.farthest = -1;
     f.distance = 0;
-    for (const int p : f.above) {
-      const double d = height(f, p);
-      if (d > f.distance) {
-        f.distance = d;
-        f.farthest = p;
-      }
+    while (p >= 0) {
+      const int next = next_[p];
+      if (p != skipped) note(f, p, height(f, p));
+      p = next;
     }
   }
 
   // A first tetrahedron of points far from each other.
   bool start() {
-    const int count = static_cast<int>(points_.size());
+    // Meshes hold each corner about six times. The others of a place would be looked at and left
+    // out each time.
+    const std::vector<int> distinct = distinct_points(points_);
     std::array<int, 2> line = {0, 0};
     double longest = 0;
     for (int k = 0; k < 3; ++k) {
@@ -87,7 +123,7 @@ class Builder {
     const Vec3 origin = points_[line[0]], along = (points_[line[1]] - origin).normalized();
     int third = -1, fourth = -1;
     double widest = tolerance_;
-    for (int i = 0; i < count; ++i) {
+    for (const int i : distinct) {
       const Vec3 arm = points_[i] - origin;
       const double width = (arm - along.dot(arm) * along).norm();
       if (width > widest) {
@@ -98,7 +134,7 @@ class Builder {
     if (third < 0) return false;
     const Vec3 normal = along.cross(points_[third] - origin).normalized();
     double highest = tolerance_;
-    for (int i = 0; i < count; ++i) {
+    for (const int i : distinct) {
       const double up = std::abs(normal.dot(points_[i] - origin));
       if (up > highest) {
         highest = up;
@@ -115,24 +151,25 @@ class Builder {
       f.corners = loops[k];
       f.neighbors = across[k];
       if (!set_plane(f)) return false;
-      facets_.push_back(std::move(f));
+      facets_.push_back(f);
     }
-    for (int i = 0; i < count; ++i) hand_out(i, {0, 1, 2, 3});
+    facets_.reserve(4 * distinct.size());
+    for (const int i : distinct) hand_out(i, 0);
     return true;
   }
 
-  // Gives a point to the facet that it lies highest above.
-  void hand_out(int p, const std::vector<int>& facets) {
-    int best = -1;
+  // Gives a point to the facet, from the number `first` on, that it lies highest above.
+  void hand_out(int p, std::size_t first) {
+    Facet* best = nullptr;
     double most = tolerance_;
-    for (const int f : facets) {
+    for (std::size_t f = first; f < facets_.size(); ++f) {
       const double d = height(facets_[f], p);
       if (d > most) {
         most = d;
-        best = f;
+        best = &facets_[f];
       }
     }
-    if (best >= 0) note(facets_[best], p, most);
+    if (best) note(*best, p, most);
   }
 
   // Extends the hull to the farthest point of a facet. False when rounding forbids it.
@@ -162,28 +199,27 @@ class Builder {
         }
       }
     }
-    std::vector<Facet> fresh;
+    fresh_.clear();
     const int base = static_cast<int>(facets_.size());
     for (const auto& [a, b, outer] : horizon_) {
       Facet f;
       f.corners = {a, b, eye};
       f.neighbors = {outer, -1, -1};
       simple = simple && edge_to_[a] < 0 && set_plane(f);
-      edge_to_[a] = base + static_cast<int>(fresh.size());
-      fresh.push_back(std::move(f));
+      edge_to_[a] = base + static_cast<int>(fresh_.size());
+      fresh_.push_back(f);
     }
-    for (std::size_t i = 0; simple && i < fresh.size(); ++i) {
-      const int next = edge_to_[fresh[i].corners[1]];
+    for (std::size_t i = 0; simple && i < fresh_.size(); ++i) {
+      const int next = edge_to_[fresh_[i].corners[1]];
       simple = next >= 0;
       if (!simple) break;
-      fresh[i].neighbors[1] = next;
-      fresh[next - base].neighbors[2] = base + static_cast<int>(i);
+      fresh_[i].neighbors[1] = next;
+      fresh_[next - base].neighbors[2] = base + static_cast<int>(i);
     }
     for (const auto& edge : horizon_) edge_to_[edge[0]] = -1;
     for (const int v : visible_) state_[v] = 0;
-    if (!simple || fresh.size() < 3) return false;
-    added_.clear();
-    for (auto& f : fresh) {
+    if (!simple || fresh_.size() < 3) return false;
+    for (const auto& f : fresh_) {
       const int index = static_cast<int>(facets_.size());
       Facet& outer = facets_[f.neighbors[0]];
       for (int k = 0; k < 3; ++k) {
@@ -191,15 +227,15 @@ class Builder {
           outer.neighbors[k] = index;
         }
       }
-      added_.push_back(index);
-      facets_.push_back(std::move(f));
+      facets_.push_back(f);
     }
     for (const int v : visible_) {
       facets_[v].alive = false;
-      for (const int p : facets_[v].above) {
-        if (p != eye) hand_out(p, added_);
+      for (int p = facets_[v].first_above; p >= 0;) {
+        const int next = next_[p];
+        if (p != eye) hand_out(p, static_cast<std::size_t>(base));
+        p = next;
       }
-      facets_[v].above.clear();
     }
     return true;
   }
@@ -207,27 +243,31 @@ class Builder {
   QuickHull finish() const {
     QuickHull hull;
     const Vec3 origin = points_[facets_.front().corners[0]];
+    std::vector<char> is_corner(points_.size(), 0);
     for (const Facet& f : facets_) {
       if (!f.alive) continue;
       hull.triangles.push_back(f.corners);
       hull.planes.push_back({f.normal, f.offset, false});
-      hull.corners.insert(hull.corners.end(), f.corners.begin(), f.corners.end());
+      for (const int p : f.corners) is_corner[p] = 1;
       hull.volume +=
           (points_[f.corners[0]] - origin)
               .dot((points_[f.corners[1]] - origin).cross(points_[f.corners[2]] - origin)) /
           6;
     }
-    std::sort(hull.corners.begin(), hull.corners.end());
-    hull.corners.erase(std::unique(hull.corners.begin(), hull.corners.end()), hull.corners.end());
+    for (std::size_t p = 0; p < points_.size(); ++p) {
+      if (is_corner[p]) hull.corners.push_back(static_cast<int>(p));
+    }
     return hull;
   }
 
   const std::vector<Vec3>& points_;
   double tolerance_;
   std::vector<Facet> facets_;
+  std::vector<int> next_;     // [points] in the list of a facet, or -1
   std::vector<char> state_;   // [facets] seen from the present point
   std::vector<int> edge_to_;  // [points] the new facet whose horizon edge starts here, or -1
-  std::vector<int> visible_, added_;
+  std::vector<int> visible_;
+  std::vector<Facet> fresh_;
   std::vector<std::array<int, 3>> horizon_;  // corner, corner, facet beyond
 };
 

@@ -106,6 +106,8 @@ ClippedFacets clip_facets(const std::vector<Facet>& boundary, const HalfSpace& c
                           const Vec3& origin) {
   ClippedFacets sides;
   Outline low_outline, high_outline;
+  sides.below.reserve(boundary.size());
+  sides.above.reserve(boundary.size());
   for (const auto& f : boundary) {
     std::array<double, 3> h;
     for (int k = 0; k < 3; ++k) {

@@ -15,6 +15,7 @@
 
 #include "solver/core/parallel.h"
 #include "solver/shapes/cut_search.h"
+#include "solver/shapes/cut_trials.h"
 
 namespace firn {
 namespace {
@@ -55,9 +56,10 @@ struct Outcome {
 };
 
 Outcome search_once(const CutPiece& plan, const CutRule& rule,
-                    const std::vector<ReflexEdge>& reflex_edges, const CutSettings& settings) {
+                    const std::vector<ReflexEdge>& reflex_edges, const CutSettings& settings,
+                    CutTrials& trials) {
   Outcome o;
-  o.tree = cut_pieces({plan}, rule, reflex_edges, settings);
+  o.tree = cut_pieces({plan}, rule, reflex_edges, settings, &trials);
   o.merged = merge_pieces(o.tree, settings);
   double worst = 0;  // of the deviations, over the tolerance
   for (const auto& p : o.merged) worst = std::max(worst, p.deviation / settings.options.tolerance);
@@ -69,19 +71,21 @@ Outcome search_once(const CutPiece& plan, const CutRule& rule,
 
 // Backtracks only where the tree ends with pieces that no cut helps.
 Outcome search(const CutPiece& plan, const CutRule& rule,
-               const std::vector<ReflexEdge>& reflex_edges, const CutSettings& settings) {
+               const std::vector<ReflexEdge>& reflex_edges, const CutSettings& settings,
+               CutTrials& trials) {
   CutRule direct = rule;
   direct.max_backtracks = 0;
-  Outcome first = search_once(plan, direct, reflex_edges, settings);
+  Outcome first = search_once(plan, direct, reflex_edges, settings, trials);
   const bool stuck =
       std::any_of(first.tree.begin(), first.tree.end(), [](const CutPiece& p) { return p.final; });
   if (!stuck || rule.max_backtracks == 0) return first;
-  Outcome second = search_once(plan, rule, reflex_edges, settings);
+  Outcome second = search_once(plan, rule, reflex_edges, settings, trials);
   return second.score < first.score ? second : first;
 }
 
 // decompose() of a mesh whose bounding box begins at the origin and has a diagonal of about 1.
-Decomposition decompose_unit(const TriangleMesh& mesh, const DecomposeOptions& options) {
+Decomposition decompose_unit(const TriangleMesh& mesh, const DecomposeOptions& options,
+                             CutTrials& trials) {
   const auto [lower, upper] = bounding_box(mesh);
   const double size = (upper - lower).norm();
   CutPiece whole;
@@ -99,13 +103,14 @@ Decomposition decompose_unit(const TriangleMesh& mesh, const DecomposeOptions& o
     }
     const bool exact = plan.boundary.size() == whole.boundary.size();
     measure_piece(plan, settings);
+    trials.begin_plan(plan.boundary.size());
     const auto reflex_edges = find_reflex_edges(plan.boundary, size);
     const std::vector<CutRule> rules = all_rules(options.thorough);
     std::vector<Outcome> outcomes(rules.size());
     const int threads = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1,
                                    static_cast<int>(rules.size()));
     parallel_for_blocks(threads, rules.size(), 1, [&](std::size_t i, std::size_t) {
-      outcomes[i] = search(plan, rules[i], reflex_edges, settings);
+      outcomes[i] = search(plan, rules[i], reflex_edges, settings, trials);
     });
     Outcome& best =
         *std::min_element(outcomes.begin(), outcomes.end(),
@@ -145,7 +150,8 @@ Decomposition decompose_unit(const TriangleMesh& mesh, const DecomposeOptions& o
 
 // Cuts of equal cost are common, and rounding errors would choose among them. The corners are
 // therefore taken relative to the box and rounded: unit and position of the mesh do not matter.
-Decomposition decompose(const TriangleMesh& mesh, const DecomposeOptions& options) {
+Decomposition decompose(const TriangleMesh& mesh, const DecomposeOptions& options,
+                        CutTrials* trials) {
   constexpr double kSteps = 0x1p32;  // of the box diagonal
   const auto [lower, upper] = bounding_box(mesh);
   const double size = (upper - lower).norm();
@@ -154,7 +160,8 @@ Decomposition decompose(const TriangleMesh& mesh, const DecomposeOptions& option
   DecomposeOptions relative = options;
   relative.tolerance /= size;
   relative.min_thickness /= size;
-  Decomposition result = decompose_unit(unit, relative);
+  CutTrials own_trials;
+  Decomposition result = decompose_unit(unit, relative, trials ? *trials : own_trials);
   for (auto& piece : result.pieces) {
     for (HalfSpace& h : piece) h.offset = size * h.offset + h.normal.dot(lower);
   }

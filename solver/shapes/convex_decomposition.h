@@ -25,11 +25,16 @@ struct Decomposition {
   bool thickness_limit_reached = false;  // a piece exceeds the tolerance, and no cut helps it
 };
 
+class CutTrials;
+
 // Convex pieces whose union contains the solid, with its corners rounded to 2^-32 of the diagonal
 // of its bounding box. Faces on a cut have exactly opposite planes on both sides; `internal` is not
 // set. Pieces overlap by at most a millionth of the diagonal. The result does not depend on the
 // order of vertices and triangles, the unit of length or the position of the mesh. Equal meshes
 // give equal bits. The mesh must be watertight. Throws InputError for a flat mesh.
-Decomposition decompose(const TriangleMesh& mesh, const DecomposeOptions& options);
+// `trials` saves time where the same mesh is decomposed again with other options: it must be empty
+// or come from that mesh. It does not change the result.
+Decomposition decompose(const TriangleMesh& mesh, const DecomposeOptions& options,
+                        CutTrials* trials = nullptr);
 
 }  // namespace firn

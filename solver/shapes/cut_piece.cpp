@@ -78,19 +78,17 @@ bool compute_hull(CutPiece& piece, const std::vector<Vec3>& points, const CutSet
   return true;
 }
 
-// Depth (m) of a point below one face of the hull, at most `max_depth`. `max_depth` for a face on a
-// cut.
-double depth_below_face(const CutPiece& piece, std::size_t plane, const Vec3& p, double max_depth) {
-  const HalfSpace& h = piece.planes[plane];
-  return h.internal ? max_depth : std::min(max_depth, h.offset - h.normal.dot(p));
-}
-
 void compute_deviation(CutPiece& piece, const CutSettings& s) {
   piece.deviation = 0;
   std::size_t surface = 0;
   for (const auto& f : piece.boundary) surface += !f.cap;
   if (surface == 0) return;
   const std::size_t stride = 1 + surface / kSamples;
+  std::vector<HalfSpace> faces;  // outer ones; cuts all around count where there are no others
+  for (const auto& h : piece.planes) {
+    if (!h.internal) faces.push_back(h);
+  }
+  if (faces.empty()) faces = piece.planes;
   std::size_t near = 0;  // face that is nearest to the last point
   for (std::size_t i = 0; i < piece.boundary.size(); i += stride) {
     const Facet& f = piece.boundary[i];
@@ -98,16 +96,13 @@ void compute_deviation(CutPiece& piece, const CutSettings& s) {
     const auto& c = f.corners;
     for (const Vec3& p : {facet_centroid(f), c[0], Vec3((c[0] + c[1]) / 2), Vec3((c[1] + c[2]) / 2),
                           Vec3((c[2] + c[0]) / 2), c[1], c[2]}) {
-      double depth = depth_below_face(piece, near, p, kInfinity);
-      for (std::size_t k = 0; k < piece.planes.size() && depth > piece.deviation; ++k) {
-        const double d = depth_below_face(piece, k, p, depth);
+      double depth = faces[near].offset - faces[near].normal.dot(p);
+      for (std::size_t k = 0; k < faces.size() && depth > piece.deviation; ++k) {
+        const double d = faces[k].offset - faces[k].normal.dot(p);
         if (d < depth) {
           depth = d;
           near = k;
         }
-      }
-      if (!std::isfinite(depth)) {  // cuts all around
-        for (const auto& h : piece.planes) depth = std::min(depth, h.offset - h.normal.dot(p));
       }
       piece.deviation = std::max(piece.deviation, depth);
     }
@@ -139,10 +134,11 @@ bool is_in_cut(const Facet& f, const CutPiece& piece, const CutSettings& s) {
   return false;
 }
 
-double depth_below_hull(const Vec3& p, const CutPiece& piece) {
+double depth_below_hull(const Vec3& p, const CutPiece& piece, double enough) {
   double depth = kInfinity;
   for (const auto& h : piece.planes) {
     if (!h.internal) depth = std::min(depth, h.offset - h.normal.dot(p));
+    if (depth <= enough) break;
   }
   return std::isfinite(depth) ? depth : 0;
 }
@@ -151,7 +147,10 @@ double hull_thickness(const CutPiece& piece) {
   double least = kInfinity;
   for (const auto& h : piece.planes) {
     double deepest = 0;
-    for (const Vec3& p : piece.corners) deepest = std::max(deepest, h.offset - h.normal.dot(p));
+    for (const Vec3& p : piece.corners) {
+      deepest = std::max(deepest, h.offset - h.normal.dot(p));
+      if (deepest >= least) break;  // this face does not count
+    }
     least = std::min(least, deepest);
   }
   return least;
@@ -159,6 +158,7 @@ double hull_thickness(const CutPiece& piece) {
 
 bool measure_piece(CutPiece& piece, const CutSettings& s) {
   std::vector<Vec3> points = piece.inner_corners;
+  points.reserve(points.size() + 3 * piece.boundary.size());
   for (const auto& f : piece.boundary) {
     if (!f.cap) points.insert(points.end(), f.corners.begin(), f.corners.end());
   }

@@ -47,8 +47,9 @@ bool same_plane(const HalfSpace& a, const HalfSpace& b, const CutSettings& setti
 // True if the facet is in the plane of a cut. It is then surface of the solid and on the hull.
 bool is_in_cut(const Facet& f, const CutPiece& piece, const CutSettings& settings);
 
-// Depth (m) of a point below the nearest outer face of the hull. 0 if all faces are on cuts.
-double depth_below_hull(const Vec3& point, const CutPiece& piece);
+// Depth (m) of a point below the nearest outer face of the hull. 0 if all faces are on cuts. Where
+// it is at most `enough`, it may be overestimated, up to `enough`.
+double depth_below_hull(const Vec3& point, const CutPiece& piece, double enough = -1);
 
 // Least width (m) of the hull, normal to one of its faces.
 double hull_thickness(const CutPiece& piece);

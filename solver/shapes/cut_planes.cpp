@@ -26,7 +26,7 @@ std::vector<DeepFacet> facets_by_depth(const CutPiece& piece, const CutSettings&
     if (f.cap || is_in_cut(f, piece, s)) continue;
     DeepFacet deepest{-1, i, Vec3::Zero()};
     for (const Vec3& p : {facet_centroid(f), f.corners[0], f.corners[1], f.corners[2]}) {
-      const double depth = depth_below_hull(p, piece);
+      const double depth = depth_below_hull(p, piece, deepest.depth);
       if (depth > deepest.depth) deepest = {depth, i, p};
     }
     result.push_back(deepest);

@@ -30,11 +30,10 @@ void backtrack(std::vector<CutPiece>& pieces, const CutPiece& stuck) {
 }
 
 // Cost of a cut: sum over both sides. A side that is convex enough has no cost.
-double cost_of_cut(const std::array<CutPiece, 2>& sides, const Vec3& normal, const CutRule& rule,
-                   const CutSettings& s) {
+double cost_of_cut(const CutTrial& cut, const CutRule& rule, const CutSettings& s) {
   const double unit = s.size * s.size * s.size;
   double sum = 0, least = kHighestCost;
-  for (const auto& side : sides) {
+  for (const auto& side : cut.sides) {
     const double excess = side.deviation / s.options.tolerance, surplus = side.surplus / unit;
     double c = 0;
     if (excess > 1) {
@@ -54,21 +53,15 @@ double cost_of_cut(const std::array<CutPiece, 2>& sides, const Vec3& normal, con
       }
     }
     if (c > 0 && rule.thin_weight > 0) {
-      c *= 1 + rule.thin_weight * s.options.min_thickness / hull_thickness(side);
+      c *= 1 + rule.thin_weight * s.options.min_thickness / side.thickness;
     }
     sum += c;
     least = std::min(least, c);
   }
   if (rule.cost == CutRule::Cost::deviation) sum -= 0.5 * least;
   // Among equal cuts, one with less surplus and a smaller area is preferred.
-  double cap = 0;
-  for (const auto& f : sides[0].boundary) {
-    if (f.cap && f.normal == normal) {
-      cap += 0.5 * (f.corners[1] - f.corners[0]).cross(f.corners[2] - f.corners[0]).dot(normal);
-    }
-  }
-  return sum + 0.01 * (sides[0].surplus + sides[1].surplus) / unit +
-         0.001 * cap / (s.size * s.size);
+  return sum + 0.01 * (cut.sides[0].surplus + cut.sides[1].surplus) / unit +
+         0.001 * cut.cap_area / (s.size * s.size);
 }
 
 bool was_rejected(const CutPiece& piece, const HalfSpace& cut) {
@@ -81,29 +74,30 @@ bool was_rejected(const CutPiece& piece, const HalfSpace& cut) {
 // The cut of least cost, and its sides. Nothing if no plane gives two sides that are thick enough.
 std::optional<std::array<CutPiece, 2>> best_split(const CutPiece& piece, const CutRule& rule,
                                                   const std::vector<ReflexEdge>& reflex_edges,
-                                                  const CutSettings& s) {
-  std::optional<std::array<CutPiece, 2>> best;
+                                                  const CutSettings& s, CutTrials* trials) {
+  std::optional<HalfSpace> best;
   double best_cost = kHighestCost;
   for (const auto& cut : candidate_planes(piece, reflex_edges, rule.middle_only, s)) {
     if (was_rejected(piece, cut)) continue;
-    auto sides = split_piece(piece, cut, s);
-    if (!sides) continue;
-    const double c = cost_of_cut(*sides, cut.normal, rule, s);
+    const auto trial = trials ? trials->measure(piece, cut, s) : measure_cut(piece, cut, s);
+    if (!trial) continue;
+    const double c = cost_of_cut(*trial, rule, s);
     if (c >= best_cost * (1 - 1e-9)) continue;
-    if (hull_thickness((*sides)[0]) < s.options.min_thickness ||
-        hull_thickness((*sides)[1]) < s.options.min_thickness)
+    if (trial->sides[0].thickness < s.options.min_thickness ||
+        trial->sides[1].thickness < s.options.min_thickness)
       continue;
     best_cost = c;
-    best = std::move(sides);
+    best = cut;
   }
-  return best;
+  if (!best) return std::nullopt;
+  return split_piece(piece, *best, s);
 }
 
 }  // namespace
 
 std::vector<CutPiece> cut_pieces(std::vector<CutPiece> pieces, const CutRule& rule,
-                                 const std::vector<ReflexEdge>& reflex_edges,
-                                 const CutSettings& s) {
+                                 const std::vector<ReflexEdge>& reflex_edges, const CutSettings& s,
+                                 CutTrials* trials) {
   int backtracks = 0;
   while (static_cast<int>(pieces.size()) < s.options.max_parts) {
     CutPiece* worst = nullptr;
@@ -113,7 +107,9 @@ std::vector<CutPiece> cut_pieces(std::vector<CutPiece> pieces, const CutRule& ru
     }
     if (!worst) break;
     std::optional<std::array<CutPiece, 2>> sides;
-    if (worst->rejected.size() < kMaxRejected) sides = best_split(*worst, rule, reflex_edges, s);
+    if (worst->rejected.size() < kMaxRejected) {
+      sides = best_split(*worst, rule, reflex_edges, s, trials);
+    }
     if (!sides) {
       if (backtracks < rule.max_backtracks && worst->parent) {
         ++backtracks;

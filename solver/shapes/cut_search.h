@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "solver/shapes/cut_piece.h"
+#include "solver/shapes/cut_trials.h"
 
 namespace firn {
 
@@ -21,9 +22,10 @@ struct CutRule {
 // Cuts the piece of largest deviation, until all are convex enough, no cut helps or
 // `options.max_parts` is reached. A piece that no cut helps becomes final. If the rule allows it,
 // the cut that made the piece is undone instead, and another one is chosen.
+// `trials` saves measures that it holds; without it, each cut is measured.
 std::vector<CutPiece> cut_pieces(std::vector<CutPiece> pieces, const CutRule& rule,
                                  const std::vector<ReflexEdge>& reflex_edges,
-                                 const CutSettings& settings);
+                                 const CutSettings& settings, CutTrials* trials = nullptr);
 
 // Applies to `piece` the tree of cuts that led to `leaves`, from the cut number `depth` of their
 // paths on, and appends the pieces to `result`. A cut that split_piece() refuses is left out; the

@@ -6,6 +6,7 @@
 
 #include "firn/mesh_conflicts.h"
 #include "solver/shapes/convex_decomposition.h"
+#include "solver/shapes/cut_trials.h"
 #include "solver/shapes/merge_pieces.h"
 #include "solver/shapes/shape_builder.h"
 #include "solver/shapes/wall_thickness.h"
@@ -50,9 +51,10 @@ Shape make_mesh(const TriangleMesh& mesh, const ShapeOptions& options) {
   // allowed, it is repeated thoroughly, with a smaller tolerance, or with thinner pieces if these
   // were missing.
   int thinner = 0;
+  CutTrials trials;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     Shape shape = begun;
-    Decomposition found = decompose(mesh, wanted);
+    Decomposition found = decompose(mesh, wanted, &trials);
     mark_internal_faces(found.pieces, shape.box.norm());
     if (!(options.rounding >= 0)) shape.rounding = default_rounding(found.pieces, mesh, edge);
     for (const auto& piece : found.pieces) add_part(shape, piece);
