@@ -96,7 +96,7 @@ void Calibration::run_initial_design() {
   a_.points = std::move(points);
   for (const Point& p : reused) a_.reused += static_cast<int>(p.seeds.size());
   a_.reused *= static_cast<int>(study_.experiments.size());
-  spread_design();
+  space_filling_design();
 }
 
 std::vector<Point> Calibration::reused_points() {
@@ -107,7 +107,7 @@ std::vector<Point> Calibration::reused_points() {
 }
 
 // A design that fills the ranges.
-void Calibration::spread_design() {
+void Calibration::space_filling_design() {
   const Budget& b = study_.budget;
   const bool traded = b.allow_single_replicate && noise_is_negligible();
   replicates_per_point_ = traded ? 1 : b.replicates_per_point;

@@ -51,7 +51,7 @@ class Calibration {
   bool define_scores();
   void run_initial_design();
   std::vector<Point> reused_points();
-  void spread_design();
+  void space_filling_design();
   bool noise_is_negligible() const;
   bool extend_design();
   void check_outliers();

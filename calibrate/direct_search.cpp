@@ -40,7 +40,7 @@ CalibrationResult direct_search(const Study& study, StudyRuns& study_runs,
   progress.phase(fmt::format("direct search ({})", to_string(study.direct)));
   const auto evaluate = [&](const VectorXd& u) {
     std::vector<Point> one = {study_runs.point(
-        "direct", static_cast<int>(a.points.size()), tidy_values(study.parameters, u),
+        "direct", static_cast<int>(a.points.size()), rounded_values(study.parameters, u),
         seed_list(study.seed, study.budget.replicates_per_point))};
     study_runs.run(one);
     a.points.push_back(one.front());
@@ -62,7 +62,7 @@ CalibrationResult direct_search(const Study& study, StudyRuns& study_runs,
     return a;
   }
   a.best.name = "best";
-  a.best.values = tidy_values(study.parameters, best.x);
+  a.best.values = rounded_values(study.parameters, best.x);
   std::vector<Point> fresh = {study_runs.point(
       "confirm", 0, a.best.values,
       seed_list(study.seed + confirm_seeds, study.budget.confirmation_replicates))};

@@ -69,7 +69,7 @@ namespace firn {
 
 const char* firn_version() { return \"${VERSION}\"; }
 const char* firn_git_commit() { return \"${commit}\"; }
-const char* firn_program() { return \"${program}\"; }
+const char* program_identity() { return \"${program}\"; }
 
 }  // namespace firn
 ")

@@ -233,7 +233,7 @@ int audit_instant(const ContactsArguments& a, const ReplaySource& source) {
   ReplayOptions options;
   if (step != kEnd) {
     options.from_step = step;
-    options.latest_end = static_cast<double>(step) * source.c.model.timestep;
+    options.end_time_limit = static_cast<double>(step) * source.c.model.timestep;
   }
   options.observe = [&](const Solver& solver, bool last) {
     if (solver.steps() != step && !(last && step == kEnd)) return true;
@@ -269,7 +269,7 @@ int audit_history(const ContactsArguments& a, const ReplaySource& source) {
   bool done = false;
   ReplayOptions options;
   options.from_step = from;
-  options.latest_end = static_cast<double>(to) * source.c.model.timestep;
+  options.end_time_limit = static_cast<double>(to) * source.c.model.timestep;
   options.observe = [&](const Solver& solver, bool last) {
     done = solver.steps() == to;
     history.add_step(solver, last || done);

@@ -54,7 +54,7 @@ int measure_file(const MeasureArguments& a) {
   const Recording recording(a.file);
   const std::vector<Response> all = measure(recording);
   const std::vector<Response> responses = chosen(all, a.names, a.file);
-  const std::vector<Verdict> verdicts = judge(requirements, all);
+  const std::vector<RequirementResult> verdicts = check_requirements(requirements, all);
   if (a.json) {
     Json document = {{"results_file", a.file},
                      {"status", recording.status()},

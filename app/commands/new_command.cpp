@@ -84,7 +84,7 @@ int list_templates(const NewArguments& a) {
 }
 
 // Throws InputError when the folder cannot be the place of a new one.
-void require_free(const fs::path& folder) {
+void require_new_folder(const fs::path& folder) {
   std::error_code error;
   const fs::file_status status = fs::symlink_status(folder, error);
   if (!fs::exists(status)) return;
@@ -105,7 +105,7 @@ int create(const NewArguments& a) {
                     fmt::join(names, ", ")));
   if (a.name.empty()) throw InputError("NAME: is missing; expected the name of a new folder");
   const fs::path folder = a.name;
-  require_free(folder);
+  require_new_folder(folder);
   make_output_folder(folder.string());
   for (const auto& [file, text] : chosen->second) write_file((folder / file).string(), text);
   if (a.json) {

@@ -158,7 +158,7 @@ std::string warning_of_run(const Case& c, const std::string& results_file,
 }
 
 Json summary_json(const Case& c, const std::string& file, const RunSummary& s,
-                  const std::vector<Verdict>& verdicts, const std::string& warning) {
+                  const std::vector<RequirementResult>& verdicts, const std::string& warning) {
   Json document = {{"case", c.name},
                    {"results_file", file},
                    {"status", to_string(s.status)},
@@ -215,7 +215,7 @@ void log_summary(const Case& c, const RunSummary& s) {
 }
 
 int exit_status(const RunSummary& summary, const std::string& file,
-                const std::vector<Verdict>& verdicts) {
+                const std::vector<RequirementResult>& verdicts) {
   switch (summary.status) {
     case RunStatus::finished:
       return all_met(verdicts) ? ExitStatus::done : ExitStatus::requirement_missed;
@@ -304,8 +304,9 @@ int run_case(const RunArguments& a) {
   const std::string warning = warning_of_run(c, options.results_file, summary);
   if (!warning.empty()) spdlog::warn("{}", warning);
 
-  std::vector<Verdict> verdicts;
-  if (summary.status == RunStatus::finished) verdicts = judge(requirements, summary.responses);
+  std::vector<RequirementResult> verdicts;
+  if (summary.status == RunStatus::finished)
+    verdicts = check_requirements(requirements, summary.responses);
   if (a.json) {
     print_json(summary_json(c, options.results_file, summary, verdicts, warning));
   } else {

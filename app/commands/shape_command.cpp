@@ -171,11 +171,11 @@ int print_boundary_mesh(const ShapeArguments& a) {
   b.kind = Boundary::Kind::solid;
   b.mesh = read_mesh_file(a.file, unit, limits).mesh;
   try {
-    b.parts = boundary_parts(b.mesh, thickness);
+    b.parts = wall_solids(b.mesh, thickness);
   } catch (const InputError& e) {
     throw InputError(fmt::format("{}: {}", a.file, e.what()));
   }
-  const BoundaryFacts facts = sample_statistics(b, "mesh", 0);
+  const BoundaryProperties facts = sample_statistics(b, "mesh", 0);
   if (a.json) {
     Json json = boundary_json(facts);
     json["file"] = a.file;
@@ -241,12 +241,12 @@ int print_mesh(const ShapeArguments& a) {
 
 // One boundary of a case.
 int print_boundary(const ShapeArguments& a, const Case& c,
-                   const std::vector<BoundaryFacts>& walls) {
-  const auto wall = std::ranges::find(walls, a.boundary, &BoundaryFacts::name);
+                   const std::vector<BoundaryProperties>& walls) {
+  const auto wall = std::ranges::find(walls, a.boundary, &BoundaryProperties::name);
   if (wall == walls.end()) {
     std::vector<std::string_view> names;
     names.reserve(walls.size());
-    for (const BoundaryFacts& w : walls) names.push_back(w.name);
+    for (const BoundaryProperties& w : walls) names.push_back(w.name);
     throw InputError(
         names.empty() ? fmt::format("--boundary {}: {} has no boundaries", a.boundary, a.file)
         : a.boundary.empty()
@@ -274,7 +274,7 @@ int print_case(const ShapeArguments& a) {
   std::vector<Override> overrides;
   for (const std::string& text : a.settings) overrides.push_back(parse_override(text));
   const Case c = read_case(a.file, overrides);
-  std::vector<BoundaryFacts> walls = boundary_facts(c);
+  std::vector<BoundaryProperties> walls = boundary_properties(c);
   if (!a.thickness.empty())
     throw InputError("--thickness: stands in the case; expected a mesh file");
   if (!a.united.empty())
@@ -283,13 +283,13 @@ int print_case(const ShapeArguments& a) {
   if (a.json) {
     Json shapes = Json::array(), boundaries = Json::array();
     for (const Shape& shape : c.model.shapes) shapes.push_back(shape_json(shape));
-    for (const BoundaryFacts& wall : walls) boundaries.push_back(boundary_json(wall));
+    for (const BoundaryProperties& wall : walls) boundaries.push_back(boundary_json(wall));
     print_json(
         {{"file", a.file}, {"case", c.name}, {"shapes", shapes}, {"boundaries", boundaries}});
   } else {
     for (const Shape& shape : c.model.shapes)
       print_lines(stdout, "{}\n{}", shape.name, shape_table(shape));
-    for (const BoundaryFacts& wall : walls)
+    for (const BoundaryProperties& wall : walls)
       print_lines(stdout, "{}\n{}", wall.name, boundary_table(wall));
   }
   if (!a.picture.empty()) {

@@ -51,8 +51,8 @@ std::string surface_text(const MeshDefects& defects) {
 
 }  // namespace
 
-BoundaryFacts sample_statistics(const Boundary& b, const std::string& kind, double density) {
-  BoundaryFacts facts;
+BoundaryProperties sample_statistics(const Boundary& b, const std::string& kind, double density) {
+  BoundaryProperties facts;
   facts.name = b.name;
   facts.kind = kind;
   facts.parts = b.parts.size();
@@ -70,9 +70,9 @@ BoundaryFacts sample_statistics(const Boundary& b, const std::string& kind, doub
   return facts;
 }
 
-std::vector<BoundaryFacts> boundary_facts(const Case& c) {
+std::vector<BoundaryProperties> boundary_properties(const Case& c) {
   const std::map<std::string, std::string> kinds = named_kinds(c);
-  std::vector<BoundaryFacts> all;
+  std::vector<BoundaryProperties> all;
   for (const Boundary& b : c.model.boundaries) {
     const auto kind = kinds.find(b.name);
     all.push_back(sample_statistics(b,
@@ -84,7 +84,7 @@ std::vector<BoundaryFacts> boundary_facts(const Case& c) {
   return all;
 }
 
-std::string boundary_table(const BoundaryFacts& facts) {
+std::string boundary_table(const BoundaryProperties& facts) {
   const auto row = [](const char* name, const std::string& text) {
     return fmt::format("  {:<22}{}\n", name, text);
   };
@@ -101,7 +101,7 @@ std::string boundary_table(const BoundaryFacts& facts) {
   return table;
 }
 
-Json boundary_json(const BoundaryFacts& facts) {
+Json boundary_json(const BoundaryProperties& facts) {
   Json json = {{"name", facts.name}, {"kind", facts.kind}};
   if (facts.triangles == 0) return json;
   json["triangles"] = facts.triangles;

@@ -11,7 +11,7 @@
 
 namespace firn {
 
-struct BoundaryFacts {
+struct BoundaryProperties {
   std::string name;
   std::string kind;  // as the case file calls it
   std::size_t triangles = 0, parts = 0;
@@ -24,13 +24,14 @@ struct BoundaryFacts {
 };
 
 // `density` (kg/m^3): of its material; 0: not known.
-BoundaryFacts sample_statistics(const Boundary& boundary, const std::string& kind, double density);
+BoundaryProperties sample_statistics(const Boundary& boundary, const std::string& kind,
+                                     double density);
 
 // In order of the model. A half-space has its kind alone.
-std::vector<BoundaryFacts> boundary_facts(const Case& c);
+std::vector<BoundaryProperties> boundary_properties(const Case& c);
 
 // A paragraph, one fact a line.
-std::string boundary_table(const BoundaryFacts& facts);
-Json boundary_json(const BoundaryFacts& facts);
+std::string boundary_table(const BoundaryProperties& facts);
+Json boundary_json(const BoundaryProperties& facts);
 
 }  // namespace firn

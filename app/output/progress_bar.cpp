@@ -46,19 +46,20 @@ void ProgressMeter::update_rate(const Progress& p) {
 
 void ProgressMeter::draw_bar(const Progress& p) {
   const int width = terminal_columns() < narrow ? narrow_bar_width : bar_width;
-  const double share = p.latest_end > 0 ? p.time / p.latest_end : 0;
+  const double share = p.end_time_limit > 0 ? p.time / p.end_time_limit : 0;
   // Stages may end early, so the time to the latest end is an upper bound.
   const std::string left =
-      rate_ > 0 ? "at most " + estimated_duration_text((p.latest_end - p.time) / rate_) + " left, "
-                : "";
+      rate_ > 0
+          ? "at most " + estimated_duration_text((p.end_time_limit - p.time) / rate_) + " left, "
+          : "";
   bar_.draw(fmt::format("{} {:.3f} of {} s, {}{}", progress_bar(share, width), p.time,
-                        number_text(p.latest_end), left, stage_text(p)));
+                        number_text(p.end_time_limit), left, stage_text(p)));
 }
 
 void ProgressMeter::log_line(const Progress& p) const {
   spdlog::info("{:.3f} of {} s, {}, {:.0f} steps/s, at most {} left", p.time,
-               number_text(p.latest_end), stage_text(p), rate_ / timestep_,
-               rate_ > 0 ? estimated_duration_text((p.latest_end - p.time) / rate_) : "?");
+               number_text(p.end_time_limit), stage_text(p), rate_ / timestep_,
+               rate_ > 0 ? estimated_duration_text((p.end_time_limit - p.time) / rate_) : "?");
 }
 
 }  // namespace firn

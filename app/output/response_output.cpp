@@ -77,17 +77,17 @@ Json responses_json(const std::vector<Response>& responses) {
   return all;
 }
 
-std::string verdicts_table(const std::vector<Verdict>& verdicts) {
+std::string verdicts_table(const std::vector<RequirementResult>& verdicts) {
   std::string table;
-  for (const Verdict& v : verdicts) {
+  for (const RequirementResult& v : verdicts) {
     table += fmt::format("require {}: {}\n", v.requirement.text, v.met ? "met" : "NOT met");
   }
   return table;
 }
 
-Json verdicts_json(const std::vector<Verdict>& verdicts) {
+Json verdicts_json(const std::vector<RequirementResult>& verdicts) {
   Json all = Json::array();
-  for (const Verdict& v : verdicts) {
+  for (const RequirementResult& v : verdicts) {
     all.push_back({{"require", v.requirement.text}, {"met", v.met}});
   }
   return all;

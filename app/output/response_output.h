@@ -20,8 +20,8 @@ std::string responses_table(const std::vector<Response>& responses);
 Json responses_json(const std::vector<Response>& responses);
 
 // One line a verdict.
-std::string verdicts_table(const std::vector<Verdict>& verdicts);
-Json verdicts_json(const std::vector<Verdict>& verdicts);
+std::string verdicts_table(const std::vector<RequirementResult>& verdicts);
+Json verdicts_json(const std::vector<RequirementResult>& verdicts);
 
 // Wall time by phase of the step, in order of appearance.
 std::string profile_table(const std::vector<PhaseTime>& profile);

@@ -165,7 +165,7 @@ std::vector<RecordCheck> replay_record(const StoredRecord& stored,
   const MaterialRecord& r = stored.record;
   if (!r.ensemble || r.provenance.cases.empty())
     return {{r.reference(), "replay", Finding::unknown, "rests on no simulation"}};
-  const bool same_program = r.provenance.program == firn_program();
+  const bool same_program = r.provenance.program == program_identity();
   std::vector<RecordCheck> checks;
   for (const ReferenceSet& reference : r.ensemble->reference_sets) {
     for (const SimulatedCase& simulated : r.provenance.cases) {

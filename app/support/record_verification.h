@@ -27,9 +27,9 @@ struct RecordReplayOptions {
 };
 
 // Simulates the reference sets of a record again with the recorded seeds. With the same program
-// (equal firn_program()), responses are the same bits; with another one, the mean of each is that
-// of the recorded runs within their scatter (two-sided, 99 %). Throws RunError when a simulation
-// fails.
+// (equal program_identity()), responses are the same bits; with another one, the mean of each is
+// that of the recorded runs within their scatter (two-sided, 99 %). Throws RunError when a
+// simulation fails.
 std::vector<RecordCheck> replay_record(const StoredRecord& stored,
                                        const RecordReplayOptions& options);
 

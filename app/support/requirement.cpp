@@ -67,9 +67,9 @@ Requirement parse_requirement(const std::string& text) {
   return r;
 }
 
-std::vector<Verdict> judge(const std::vector<Requirement>& requirements,
-                           const std::vector<Response>& responses) {
-  std::vector<Verdict> verdicts;
+std::vector<RequirementResult> check_requirements(const std::vector<Requirement>& requirements,
+                                                  const std::vector<Response>& responses) {
+  std::vector<RequirementResult> verdicts;
   for (const Requirement& requirement : requirements) {
     const Response& response = find_response(responses, requirement.response);
     const bool met = !response.value.empty() &&
@@ -80,8 +80,9 @@ std::vector<Verdict> judge(const std::vector<Requirement>& requirements,
   return verdicts;
 }
 
-bool all_met(const std::vector<Verdict>& verdicts) {
-  return std::all_of(verdicts.begin(), verdicts.end(), [](const Verdict& v) { return v.met; });
+bool all_met(const std::vector<RequirementResult>& verdicts) {
+  return std::all_of(verdicts.begin(), verdicts.end(),
+                     [](const RequirementResult& v) { return v.met; });
 }
 
 }  // namespace firn

@@ -23,14 +23,14 @@ inline constexpr const char* requirement_help =
 // Parses "NAME<=VALUE" (or >=, <, >). Throws InputError.
 Requirement parse_requirement(const std::string& text);
 
-struct Verdict {
+struct RequirementResult {
   Requirement requirement;
   bool met = false;  // every value of the response keeps the bound; an undefined one does not
 };
 
 // Throws InputError naming the responses there are when one is not among them.
-std::vector<Verdict> judge(const std::vector<Requirement>& requirements,
-                           const std::vector<Response>& responses);
-bool all_met(const std::vector<Verdict>& verdicts);
+std::vector<RequirementResult> check_requirements(const std::vector<Requirement>& requirements,
+                                                  const std::vector<Response>& responses);
+bool all_met(const std::vector<RequirementResult>& verdicts);
 
 }  // namespace firn

@@ -101,7 +101,7 @@ OptimizationStudy read_optimization(const std::string& file) {
   head.allow({"name", "case", "set", "material", "maximize", "minimize", "runs",
               "replicates_per_design", "designs_per_round", "confirmation_replicates", "confidence",
               "seed", "threads"});
-  study.name = path_name(head);
+  study.name = valid_name(head);
   study.seed = static_cast<std::uint64_t>(head.integer("seed", 0, 1));
   study.threads = head.integer("threads", 1, 1);
   if (head.has("material")) study.drawn_material = head.string("material");

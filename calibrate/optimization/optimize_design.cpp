@@ -148,7 +148,7 @@ class DesignSearch {
     std::vector<Point> batch;
     for (const VectorXd& u : maximin_latin_hypercube(count, dimensions(), o_.study.seed, {}))
       batch.push_back(runs_.point("design", static_cast<int>(batch.size()),
-                                  tidy_values(o_.study.parameters, u), next_seeds(u, batch)));
+                                  rounded_values(o_.study.parameters, u), next_seeds(u, batch)));
     progress_.phase("exploring the ranges");
     run(std::move(batch));
   }
@@ -156,7 +156,7 @@ class DesignSearch {
   // The same seeds for every design, so that designs differ by less chance. One that is chosen
   // again gets more of them.
   std::vector<std::uint64_t> next_seeds(const VectorXd& u, const std::vector<Point>& batch) const {
-    const std::vector<double> values = tidy_values(o_.study.parameters, u);
+    const std::vector<double> values = rounded_values(o_.study.parameters, u);
     std::uint64_t before = 0;
     for (const auto* points : {&points_, &batch})
       for (const Point& p : *points)
@@ -206,7 +206,7 @@ class DesignSearch {
       auto u = maximum(log_merit, dimensions(), {});
       if (!u) u = quasi_random_point(points_.size() + batch.size(), dimensions());
       batch.push_back(runs_.point(fmt::format("round {}", round), static_cast<int>(batch.size()),
-                                  tidy_values(o_.study.parameters, *u), next_seeds(*u, batch)));
+                                  rounded_values(o_.study.parameters, *u), next_seeds(*u, batch)));
       models_->believe(batch.back().u);
     }
     progress_.phase("searching for better designs");
@@ -225,7 +225,7 @@ class DesignSearch {
     };
     auto u = maximum(allowed_mean, dimensions(), tried);
     if (!u) u = maximum(kept, dimensions(), tried);
-    return tidy_values(o_.study.parameters, *u);
+    return rounded_values(o_.study.parameters, *u);
   }
 
   void confirm(const std::vector<double>& values) {

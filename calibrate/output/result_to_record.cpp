@@ -229,7 +229,7 @@ Provenance provenance_of(const Study& study, const std::vector<JournalRun>& runs
   p.study = study.name;
   p.program_version = firn_version();
   p.program_commit = commits_of(runs);
-  p.program = firn_program();
+  p.program = program_identity();
   p.contact_model = kContactModel;
   p.raw_data = raw_data_of(study, directory);
   for (const Target& t : study.targets) {

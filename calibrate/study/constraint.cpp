@@ -190,10 +190,10 @@ VectorXd violations(const Constraints& constraints, const std::vector<Parameter>
 
 std::vector<double> allowed_values(const Constraints& constraints,
                                    const std::vector<Parameter>& parameters, const VectorXd& u) {
-  std::vector<double> values = tidy_values(parameters, u);
+  std::vector<double> values = rounded_values(parameters, u);
   constexpr int steps = 1000;
   for (int s = 1; s <= steps && !allowed_at(constraints, values); ++s)
-    values = tidy_values(parameters, u + double(s) / steps * (constraints.middle - u));
+    values = rounded_values(parameters, u + double(s) / steps * (constraints.middle - u));
   return values;
 }
 

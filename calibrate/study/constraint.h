@@ -37,8 +37,8 @@ bool allowed(const Constraints& constraints, const std::vector<Parameter>& param
 Eigen::VectorXd violations(const Constraints& constraints, const std::vector<Parameter>& parameters,
                            const Eigen::VectorXd& u, Eigen::MatrixXd* jacobian = nullptr);
 
-// tidy_values() of u, or where these violate a constraint, of the nearest point towards the middle
-// whose values do not.
+// rounded_values() of u, or where these violate a constraint, of the nearest point towards the
+// middle whose values do not.
 std::vector<double> allowed_values(const Constraints& constraints,
                                    const std::vector<Parameter>& parameters,
                                    const Eigen::VectorXd& u);

@@ -34,7 +34,7 @@ double Parameter::from_unit(double u) const {
   return logarithmic ? std::exp(s) : s;
 }
 
-double Parameter::tidy(double u) const {
+double Parameter::rounded(double u) const {
   if (integer) return std::clamp(std::round(from_unit(u)), min, max);
   return std::clamp(std::strtod(text(from_unit(u)).c_str(), nullptr), min, max);
 }
@@ -59,11 +59,11 @@ Eigen::VectorXd to_unit(const std::vector<Parameter>& parameters,
   return u;
 }
 
-std::vector<double> tidy_values(const std::vector<Parameter>& parameters,
-                                const Eigen::VectorXd& u) {
+std::vector<double> rounded_values(const std::vector<Parameter>& parameters,
+                                   const Eigen::VectorXd& u) {
   std::vector<double> values(parameters.size());
   for (std::size_t i = 0; i < parameters.size(); ++i)
-    values[i] = parameters[i].tidy(u[static_cast<Eigen::Index>(i)]);
+    values[i] = parameters[i].rounded(u[static_cast<Eigen::Index>(i)]);
   return values;
 }
 

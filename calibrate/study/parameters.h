@@ -27,7 +27,7 @@ struct Parameter {
   // The nearest value inside the range with four significant digits, or more where these are coarse
   // compared with the range. Runs use this value: it is readable, and rounding errors of a search
   // do not lead to another run.
-  double tidy(double u) const;
+  double rounded(double u) const;
   // A value with as many digits as tidy() gives.
   std::string text(double value) const;
   double width() const;  // of the range, in the value or in its logarithm
@@ -49,6 +49,7 @@ struct ChoiceParameter {
 
 Eigen::VectorXd to_unit(const std::vector<Parameter>& parameters,
                         const std::vector<double>& values);
-std::vector<double> tidy_values(const std::vector<Parameter>& parameters, const Eigen::VectorXd& u);
+std::vector<double> rounded_values(const std::vector<Parameter>& parameters,
+                                   const Eigen::VectorXd& u);
 
 }  // namespace firn

@@ -54,7 +54,7 @@ std::vector<std::string> read_bound_keys(const TomlTable& t) {
 Parameter read_parameter(const TomlTable& t) {
   t.allow({"name", "keys", "min", "max", "scale", "prior_mean", "prior_sd", "integer"});
   Parameter p;
-  p.name = path_name(t);
+  p.name = valid_name(t);
   p.keys = read_bound_keys(t);
   const StatedQuantity min = read_stated_quantity(t, "min"), max = read_stated_quantity(t, "max");
   p.min = min.value;
@@ -124,7 +124,7 @@ ChoiceParameter read_choice(const TomlTable& t) {
   constexpr std::size_t most = 6;
   t.allow({"name", "keys", "choices", "prior"});
   ChoiceParameter c;
-  c.name = path_name(t);
+  c.name = valid_name(t);
   c.keys = read_bound_keys(t);
   c.values = t.value_texts("choices");
   if (c.values.size() < 2 || c.values.size() > most)

@@ -69,7 +69,7 @@ void require_keys(const TomlTable& root, const Study& study) {
 
 Experiment read_experiment(const TomlTable& t, const Study& study, Programs programs) {
   Experiment e;
-  e.name = path_name(t);
+  e.name = valid_name(t);
   if (t.has("program")) {
     t.allow({"name", "program", "template", "inputs", "responses", "set", "parameters"});
     e.program = read_user_program(t, study.source, programs);
@@ -421,7 +421,7 @@ Study read_text(const std::string& text, const std::string& source, Simulates si
               "observe", "compare", "numerics", "direct", "execution"});
   const TomlTable head = root.required_table("study");
   head.allow({"name", "case", "bench_tests", "seed", "threads"});
-  study.name = path_name(head);
+  study.name = valid_name(head);
   study.seed = static_cast<std::uint64_t>(head.integer("seed", 0, 1));
   study.threads = head.integer("threads", 1, 1);
   read_parameters(root, study);

@@ -21,7 +21,7 @@ Batch::Batch(Executor& executor, Journal& journal, RunCache* store, BatchProgres
       store_(store),
       progress_(progress),
       interrupt_(interrupt),
-      program_(firn_program()) {}
+      program_(program_identity()) {}
 
 BatchRun Batch::make(const std::string& case_file, const std::vector<Override>& overrides,
                      const std::string& folder, const RunLabel& label,

@@ -25,8 +25,8 @@ struct Fill {
   int batch = 0;                 // particles per batch; 0: all
   Vec3 velocity = Vec3::Zero();  // m/s, initial
   bool random_orientation = true;
-  std::string stage;         // inserted in it only, `start` counts from its begin; empty: always
-  bool tag_batches = false;  // the n-th batch has the tag `tag` + n, n from 0
+  std::string stage;          // inserted in it only, `start` counts from its begin; empty: always
+  bool tag_by_batch = false;  // the n-th batch has the tag `tag` + n, n from 0
 };
 
 // Particles inserted in batches at given positions ([[inlets]]): cubes in the cavities of a mold.
@@ -40,7 +40,7 @@ struct Inlet {
   Vec3 rotation_jitter_axis = Vec3::UnitZ();  // unit, world
   bool random_orientation = false;
   int tag = 0;
-  bool tag_batches = false;
+  bool tag_by_batch = false;
   double start = 0, interval = 0;  // s
   int batches = 1;                 // at most
   std::string stage;               // as of a fill
@@ -223,14 +223,14 @@ struct Case {
   double steps_taken = 0;  // time steps in the shortest quarter period of the model; 0: none
   Model model;             // all particles: [[particles]] first, then those of fills and inlets
   // A particle with a given initial state; its ids come first.
-  struct Placed {
+  struct InitialParticle {
     int particle = 0;  // id
     Vec3 position = Vec3::Zero(), velocity = Vec3::Zero(), angular_velocity = Vec3::Zero();
     Quat orientation = Quat::Identity();  // shape axes -> world
     double insert_time = 0;               // s; below 0: inserted in an earlier run
     int batch = -1;                       // of its fill or inlet in that run; -1: none
   };
-  std::vector<Placed> placed;            // [initial_state], then [[particles]]
+  std::vector<InitialParticle> placed;   // [initial_state], then [[particles]]
   std::vector<FrameStart> frame_starts;  // of [initial_state], parents first
   std::string start;                     // description of [initial_state]; empty: none
   std::vector<Fill> fills;

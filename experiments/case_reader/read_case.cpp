@@ -27,7 +27,7 @@
 namespace firn {
 namespace {
 
-void read_head(const TomlTable& root, Case& c) {
+void read_case_table(const TomlTable& root, Case& c) {
   const TomlTable t = root.required_table("case");
   t.allow({"name", "duration", "seed", "gravity", "timestep", "steps_per_loading"});
   c.name = t.string("name", std::filesystem::path(c.source).stem().string());
@@ -223,7 +223,7 @@ Case read_case_text(const std::string& text, const std::string& source,
   root.require_at_most("materials", input_limits::materials);
   root.require_at_most("shapes", input_limits::shapes);
   root.require_at_most("interactions", input_limits::interactions);
-  read_head(root, c);
+  read_case_table(root, c);
   read_numerics(root, c);
   read_output(root, c);
   model.materials = read_materials(root);

@@ -138,7 +138,7 @@ struct Provenance {
   std::vector<RawData> raw_data;
   // Of a calibration:
   std::string program_version, program_commit;
-  std::string program;    // firn_program()
+  std::string program;    // program_identity()
   int contact_model = 1;  // of the program; 1: not stated in the record
   std::string study;      // name of the study
   std::vector<SimulatedCase> cases;

@@ -343,7 +343,7 @@ ConvexPart prism(const TriangleMesh& mesh, const Facet& facet, const std::vector
 
 }  // namespace
 
-std::vector<ConvexPart> boundary_parts(const TriangleMesh& mesh, double thickness) {
+std::vector<ConvexPart> wall_solids(const TriangleMesh& mesh, double thickness) {
   const MeshDefects defects = inspect(mesh);
   check(defects);
   if (defects.sound() && is_convex(mesh)) {

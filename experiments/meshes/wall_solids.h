@@ -16,7 +16,7 @@ namespace firn {
 // Edges of more than two triangles, and edges too sharp for a bisecting plane, count as free.
 // Throws InputError for triangles without area, duplicate triangles and adjacent triangles of
 // opposite orientation.
-std::vector<ConvexPart> boundary_parts(const TriangleMesh& mesh, double thickness);
+std::vector<ConvexPart> wall_solids(const TriangleMesh& mesh, double thickness);
 
 // A box centered at the origin with the edge lengths `size` (m).
 std::vector<HalfSpace> box_half_spaces(const Vec3& size);

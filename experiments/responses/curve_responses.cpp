@@ -72,7 +72,7 @@ Signal signal_of(const Recording& r, const Case& c, const Measure& m, const std:
 }
 
 // So many of them, the first and the last included.
-std::vector<double> thinned(const std::vector<double>& all, std::size_t points) {
+std::vector<double> downsampled(const std::vector<double>& all, std::size_t points) {
   if (all.size() <= points) return all;
   std::vector<double> some;
   for (std::size_t k = 0; k < points; ++k) some.push_back(all[k * (all.size() - 1) / (points - 1)]);
@@ -100,8 +100,8 @@ std::vector<Response> curve_responses(const Recording& recording, const Case& c)
       method += fmt::format(", CFC {:g} of SAE J211-1", m.cfc);
     }
     const auto points = static_cast<std::size_t>(m.points);
-    out.push_back({m.name + "_curve_x", thinned(x.values, points), {}, x.unit, method, 1});
-    out.push_back({m.name + "_curve_y", thinned(y.values, points), {}, y.unit, method, 1});
+    out.push_back({m.name + "_curve_x", downsampled(x.values, points), {}, x.unit, method, 1});
+    out.push_back({m.name + "_curve_y", downsampled(y.values, points), {}, y.unit, method, 1});
   }
   return out;
 }

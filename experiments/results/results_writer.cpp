@@ -20,9 +20,7 @@ class Row {
   void add(double value) { values_.push_back(value); }
   void add(const Vec3& v) { values_.insert(values_.end(), {v.x(), v.y(), v.z()}); }
   void add(const Quat& q) { values_.insert(values_.end(), {q.w(), q.x(), q.y(), q.z()}); }
-  void add_missing(int count) {
-    values_.insert(values_.end(), static_cast<std::size_t>(count), kNaN);
-  }
+  void add_nan(int count) { values_.insert(values_.end(), static_cast<std::size_t>(count), kNaN); }
   std::vector<double> take() { return std::move(values_); }
 
  private:
@@ -37,7 +35,7 @@ void add_particles(Row& row, const Solver& solver) {
       if (state.presence[static_cast<std::size_t>(i)] == Presence::present)
         row.add(value(i));
       else
-        row.add_missing(width);
+        row.add_nan(width);
     }
   };
   const auto at = [](const std::vector<Vec3>& values) {
@@ -82,7 +80,7 @@ void add_boundary(Row& row, const BoundaryState& b, double interval) {
     row.add(b.position);
     row.add(b.orientation);
   } else {
-    row.add_missing(7);
+    row.add_nan(7);
   }
 }
 
@@ -144,7 +142,7 @@ std::vector<Column> result_columns(const Model& model) {
   return columns;
 }
 
-std::vector<double> result_row(const Solver& solver, double interval) {
+std::vector<double> frame_row(const Solver& solver, double interval) {
   Row row;
   row.add(solver.time());
   add_particles(row, solver);
@@ -252,7 +250,7 @@ ParticleEvents::ParticleEvents(const Case& c) {
   exit_time = discharge_time = insert_time = std::vector<double>(n, kNaN);
   outlet = batch = std::vector<int>(n, -1);
   for (const Particle& p : c.model.particles) tag.push_back(p.tag);
-  for (const Case::Placed& p : c.placed) {
+  for (const Case::InitialParticle& p : c.placed) {
     insert_time[static_cast<std::size_t>(p.particle)] = p.insert_time;
     batch[static_cast<std::size_t>(p.particle)] = p.batch;
   }

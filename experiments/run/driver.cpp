@@ -13,8 +13,8 @@ namespace {
 
 // Steps between two checks of outlets, the door, rest and the clock: far below any time of
 // interest, and enough that the cost per step is negligible.
-constexpr std::uint64_t kWatchInterval = 16;
-// Time between two checks for interference of parts, rounded up to a multiple of kWatchInterval: a
+constexpr std::uint64_t kEventInterval = 16;
+// Time between two checks for interference of parts, rounded up to a multiple of kEventInterval: a
 // part at 1 m/s moves by 1 mm.
 constexpr double kInterferenceEvery = 1e-3;  // s
 constexpr double kReportEvery = 0.2;         // s of wall time
@@ -111,8 +111,8 @@ Driver::Driver(const Case& c, const RunOptions& options, Recorder* recorder, Run
   frame_steps_ = c.frame_interval > 0
                      ? std::max<std::uint64_t>(1, to_steps(case_, c.frame_interval))
                      : std::max<std::uint64_t>(1, last_step_);
-  const std::uint64_t rounds = to_steps(case_, kInterferenceEvery) / kWatchInterval;
-  interference_steps_ = kWatchInterval * std::max<std::uint64_t>(1, rounds);
+  const std::uint64_t rounds = to_steps(case_, kInterferenceEvery) / kEventInterval;
+  interference_steps_ = kEventInterval * std::max<std::uint64_t>(1, rounds);
   if (recorder_ && c.state_interval > 0)
     state_steps_ = std::max<std::uint64_t>(1, to_steps(case_, c.state_interval));
 }
@@ -187,7 +187,7 @@ RunSummary Driver::run() {
     summary.status = end_reason.empty() ? RunStatus::interrupted : RunStatus::finished;
     summary.reason = end_reason.empty() ? "interrupted; the state is saved" : end_reason;
     if (summary.status == RunStatus::finished) record_frame();
-    conclude(to_string(summary.status));
+    finalize_results(to_string(summary.status));
   } catch (const WriteError& e) {
     summary.status = RunStatus::failed;
     summary.reason = WriteError(e, recovery_hint(e)).what();
@@ -196,12 +196,12 @@ RunSummary Driver::run() {
     summary.status = RunStatus::failed;
     summary.reason = e.what();
     try {
-      conclude(fmt::format("failed: {}", e.what()));
+      finalize_results(fmt::format("failed: {}", e.what()));
     } catch (const WriteError& write) {
       summary.reason = fmt::format("{}; {}; {}", e.what(), write.what(), recovery_hint(write));
     }
   } catch (const InputError& e) {
-    conclude(fmt::format("failed: {}", e.what()));
+    finalize_results(fmt::format("failed: {}", e.what()));
     throw;
   }
   solver_.complete_step();
@@ -241,7 +241,7 @@ std::string Driver::simulate() {
       record_frame();  // shows the particles in the way
       throw RunError(fmt::format("stage \"{}\" ended: {}", state_.stages.back().name, *blocked));
     }
-    if (solver_.steps() % kWatchInterval == 0) watch();
+    if (solver_.steps() % kEventInterval == 0) watch();
     if (solver_.steps() % interference_steps_ == 0) interference_.check(solver_);
     if (const auto by = watch_.end_reason(stage(), solver_, particle_flow_, stage_now())) {
       end_stage(*by);
@@ -317,7 +317,7 @@ void Driver::record_frame() {
       static_cast<double>(solver_.steps() - state_.loads_cleared) * case_.model.timestep;
   if (recorder_ || observer_.frame) {
     solver_.complete_step();
-    std::vector<double> row = result_row(solver_, interval);
+    std::vector<double> row = frame_row(solver_, interval);
     if (observer_.frame) observer_.frame(state_.frames, row);
     if (recorder_) recorder_->push(std::move(row));
   }
@@ -380,7 +380,8 @@ void Driver::write_statistics(bool at_end) {
 void Driver::report() {
   Progress progress;
   progress.time = now();
-  progress.latest_end = observer_.latest_end > 0 ? observer_.latest_end : case_.duration;
+  progress.end_time_limit =
+      observer_.end_time_limit > 0 ? observer_.end_time_limit : case_.duration;
   progress.stage = stage().name;
   progress.wall = seconds_since(started_);
   for (Presence presence : solver_.particles().presence) {
@@ -403,7 +404,7 @@ void Driver::write_progress(hdf5::File& file) {
   file.set_attribute("/", "wall_time", wall_before_ + seconds_since(started_));
 }
 
-void Driver::conclude(const std::string& status) {
+void Driver::finalize_results(const std::string& status) {
   if (!recorder_) return;
   solver_.complete_step();
   if (status != to_string(RunStatus::interrupted)) write_statistics(true);

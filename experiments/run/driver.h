@@ -39,9 +39,9 @@ Case case_of(const Recording& recording, const char* what);
 struct RunObserver {
   // Called with the state of each step, before the next one. False ends the simulation.
   std::function<bool(const Solver&, bool last)> step;
-  // Called with each frame: its number and its row (see result_row()).
+  // Called with each frame: its number and its row (see frame_row()).
   std::function<void(std::uint64_t frame, const std::vector<double>& row)> frame;
-  double latest_end = 0;  // s, reported as progress; 0: the case's duration
+  double end_time_limit = 0;  // s, reported as progress; 0: the case's duration
 };
 
 class Driver {
@@ -85,7 +85,7 @@ class Driver {
   void save_state();
   void write_statistics(bool at_end);
   void report();
-  void conclude(const std::string& status);
+  void finalize_results(const std::string& status);
   void write_progress(hdf5::File& file);
   std::vector<std::byte> pack() const;
   void unpack(const std::vector<std::byte>& payload);

@@ -403,7 +403,7 @@ void check_particles(const Case& c) {
   Solver solver(std::make_shared<const Model>(without_particles(c)), 0);
   for (const FrameStart& start : c.frame_starts) solver.start_frame(start);
   for (std::size_t i = 0; i < c.placed.size(); ++i) {
-    const Case::Placed& p = c.placed[i];
+    const Case::InitialParticle& p = c.placed[i];
     const int shape = c.model.particles[index(p.particle)].shape;
     const double depth = kBuried * c.model.shapes[index(shape)].box.minCoeff();
     const auto wall = solver.obstacle(shape, p.position, p.orientation, -depth);

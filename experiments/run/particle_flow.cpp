@@ -73,7 +73,7 @@ std::optional<std::string> ParticleFlow::place_due(Solver& solver, const Current
         const interruption::NotPolled placing;
         place_batch(solver, case_, i, placed, first, count);
       }
-      const int tag = fill.tag + (fill.tag_batches ? static_cast<int>(placed) : 0);
+      const int tag = fill.tag + (fill.tag_by_batch ? static_cast<int>(placed) : 0);
       record_batch(first, count, placed, tag, solver.time());
       ++placed;
     }
@@ -117,7 +117,7 @@ std::optional<std::string> ParticleFlow::insert_inlet_batch(Solver& solver, std:
   for (int i = 0; i < count; ++i)
     solver.insert(first + i, poses[index(i)].position, poses[index(i)].orientation, source.velocity,
                   Vec3::Zero());
-  const int tag = source.tag + (source.tag_batches ? static_cast<int>(placed) : 0);
+  const int tag = source.tag + (source.tag_by_batch ? static_cast<int>(placed) : 0);
   record_batch(first, count, placed, tag, solver.time());
   ++placed;
   return std::nullopt;

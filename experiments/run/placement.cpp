@@ -43,7 +43,7 @@ struct Extents {
 
 void place_start(Solver& solver, const Case& c) {
   for (const FrameStart& start : c.frame_starts) solver.start_frame(start);
-  for (const Case::Placed& p : c.placed)
+  for (const Case::InitialParticle& p : c.placed)
     solver.insert(p.particle, p.position, p.orientation, p.velocity, p.angular_velocity);
 }
 

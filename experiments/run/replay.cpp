@@ -92,7 +92,7 @@ RunOptions run_options(const ReplayOptions& options) {
 
 RunObserver replay_observer(const ReplayOptions& options) {
   RunObserver looks;
-  looks.latest_end = options.latest_end;
+  looks.end_time_limit = options.end_time_limit;
   looks.step = [&options](const Solver& solver, bool last) {
     return (solver.steps() < options.from_step && !last) || options.observe(solver, last);
   };

@@ -9,7 +9,7 @@ namespace firn {
 struct ReplayOptions {
   int threads = 1;
   std::uint64_t from_step = 0;  // first step that is observed
-  double latest_end = 0;        // s, reported as progress; 0: the case's duration
+  double end_time_limit = 0;    // s, reported as progress; 0: the case's duration
   std::function<void(const Progress&)> progress;
   const std::atomic<bool>* interrupt = nullptr;  // set from a signal handler: stop
   // As RunOptions::each_step, from step `from_step` on. False ends the replay.

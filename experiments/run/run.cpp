@@ -42,7 +42,7 @@ bool is_tidy(const std::string& results_file) {
          file.contains("/responses") && !file.contains("/checkpoint");
 }
 
-std::vector<Response> tidy_finished(const Lock& lock) {
+std::vector<Response> complete_finished_run(const Lock& lock) {
   lock->save_copy();
   Recorder recorder = Recorder::reopen(lock, {});
   recorder.with_file([](hdf5::File& file) { remove_checkpoints(file); });
@@ -204,7 +204,7 @@ RunSummary resume(const std::string& results_file, const RunOptions& given, cons
               fmt::format("{}: cannot be resumed: it has no whole checkpoint", results_file));
       }
     }
-    if (!unfinished) return finished(tidy_finished(lock));
+    if (!unfinished) return finished(complete_finished_run(lock));
     const Case& c = *known;
     if (!restored) lock->save_copy();
     Recorder recorder = Recorder::reopen(lock, result_columns(c.model));

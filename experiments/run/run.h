@@ -19,10 +19,10 @@ enum class RunStatus { finished, failed, interrupted };
 const char* to_string(RunStatus status);
 
 struct Progress {
-  double time = 0;        // s, simulated
-  double latest_end = 0;  // s, the case's duration
-  std::string stage;      // name of the current stage
-  double wall = 0;        // s, wall time so far
+  double time = 0;            // s, simulated
+  double end_time_limit = 0;  // s, the case's duration
+  std::string stage;          // name of the current stage
+  double wall = 0;            // s, wall time so far
   // Particles in the simulation, pending, and removed.
   std::size_t present = 0, waiting = 0, left = 0;
   struct Passed {

@@ -14,6 +14,6 @@ const char* firn_git_commit();
 // sources of solver/ and experiments/, the compiler and its flags, and the versions of the
 // numerical libraries. Programs with equal identities give equal results on the same kind of
 // machine.
-const char* firn_program();
+const char* program_identity();
 
 }  // namespace firn

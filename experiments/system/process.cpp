@@ -36,12 +36,12 @@ std::vector<char*> argument_list(const std::vector<std::string>& args) {
   return list;
 }
 
-[[noreturn]] void no_process() {
+[[noreturn]] void throw_spawn_error() {
   throw RunError(fmt::format("cannot start a process: {}", std::strerror(errno)));
 }
 
 // In the child, between fork and exec: only calls that are safe there.
-void live_and_die_with(pid_t parent, int signal) {
+void set_parent_death_signal(pid_t parent, int signal) {
   setpgid(0, 0);  // Ctrl-C reaches it through the parent, if at all
   prctl(PR_SET_PDEATHSIG, signal);
   ::signal(SIGPIPE, SIG_DFL);
@@ -85,10 +85,10 @@ pid_t start_process(const std::vector<std::string>& args, const std::string& log
   const Descriptor out(open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644));
   if (out.number() < 0) throw WriteError(log, errno);
   const pid_t pid = fork();
-  if (pid < 0) no_process();
+  if (pid < 0) throw_spawn_error();
   if (pid > 0) return pid;
-  live_and_die_with(parent, SIGINT);    // it saves its state and ends
-  if (nice(niceness) == -1) errno = 0;  // a courtesy: going on without it is fine
+  set_parent_death_signal(parent, SIGINT);  // it saves its state and ends
+  if (nice(niceness) == -1) errno = 0;      // a courtesy: going on without it is fine
   const int in = open("/dev/null", O_RDONLY);
   if (in < 0) _exit(126);
   dup2(in, STDIN_FILENO);
@@ -109,12 +109,12 @@ pid_t start_program(const std::vector<std::string>& args, const std::string& dir
   };
   const Descriptor out = create(out_file), err = create(err_file);
   const pid_t pid = fork();
-  if (pid < 0) no_process();
+  if (pid < 0) throw_spawn_error();
   if (pid > 0) {
     setpgid(pid, pid);  // the group exists when this function returns
     return pid;
   }
-  live_and_die_with(parent, SIGTERM);
+  set_parent_death_signal(parent, SIGTERM);
   if (nice(niceness) == -1) errno = 0;
   const int in = open("/dev/null", O_RDONLY);
   if (in < 0 || chdir(directory.c_str()) != 0) _exit(126);
@@ -136,16 +136,16 @@ CommandResult run_command(const std::vector<std::string>& args, const std::strin
   for (char** one = environ; *one; ++one) environment.push_back(*one);
   environment.push_back(nullptr);
   int out[2], err[2];
-  if (pipe2(out, O_CLOEXEC) != 0) no_process();
+  if (pipe2(out, O_CLOEXEC) != 0) throw_spawn_error();
   if (pipe2(err, O_CLOEXEC) != 0) {
     close(out[0]);
     close(out[1]);
-    no_process();
+    throw_spawn_error();
   }
   const pid_t parent = getpid();
   const pid_t pid = fork();
   if (pid == 0) {
-    live_and_die_with(parent, SIGKILL);
+    set_parent_death_signal(parent, SIGKILL);
     dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
     dup2(out[1], STDOUT_FILENO);
     dup2(err[1], STDERR_FILENO);
@@ -160,7 +160,7 @@ CommandResult run_command(const std::vector<std::string>& args, const std::strin
   if (pid > 0) read_all({out[0], err[0]}, {&result.out, &result.err});
   close(out[0]);
   close(err[0]);
-  if (pid < 0) no_process();
+  if (pid < 0) throw_spawn_error();
   int status = 0;
   while (waitpid(pid, &status, 0) < 0 && errno == EINTR) {
   }

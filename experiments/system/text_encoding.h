@@ -1,6 +1,6 @@
 // Encoding of arbitrary text for other languages, one function each. The result represents the text
 // and has no other effect in the language. Every function accepts any bytes. Names of folders are
-// not encoded: path_name() of toml_names.h rejects invalid ones.
+// not encoded: valid_name() of toml_names.h rejects invalid ones.
 #pragma once
 
 #include <string>

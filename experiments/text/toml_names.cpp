@@ -49,7 +49,7 @@ std::vector<std::pair<std::string, std::string>> read_case_overrides(const TomlT
   return set;
 }
 
-std::string path_name(const TomlTable& table) {
+std::string valid_name(const TomlTable& table) {
   constexpr std::size_t kLongest = 200;  // bytes; file systems allow 255
   const std::string name = table.string("name");
   if (name.size() > kLongest)

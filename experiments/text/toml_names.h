@@ -30,16 +30,16 @@ std::vector<std::pair<std::string, std::string>> read_case_overrides(const TomlT
 
 // The key `name` of a table, which becomes a component of a path. Throws if it is empty, `.` or
 // `..`, has a slash or a leading `-`, or is longer than 200 bytes.
-std::string path_name(const TomlTable& table);
+std::string valid_name(const TomlTable& table);
 
 // The path that the key `case` of a table in `file` names, relative to the folder of `file`. Throws
 // if there is no such file; `whole`: what `file` is, for the message ("study").
 std::string case_path(const TomlTable& table, const std::string& file, std::string_view whole);
 
-// path_name() of a table. Throws also for a name that an earlier table has.
+// valid_name() of a table. Throws also for a name that an earlier table has.
 template <class Named>
-std::string fresh_name(const TomlTable& table, const std::vector<Named>& earlier) {
-  std::string name = path_name(table);
+std::string unique_table_name(const TomlTable& table, const std::vector<Named>& earlier) {
+  std::string name = valid_name(table);
   for (const Named& other : earlier)
     if (other.name == name)
       table.fail("name", '"' + name + "\" is taken already; expected another name");

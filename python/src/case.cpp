@@ -11,7 +11,7 @@ namespace {
 
 using experiments::Case;
 
-py::dict shape_facts(const Shape& shape) {
+py::dict shape_properties(const Shape& shape) {
   py::dict facts;
   facts["name"] = shape.name;
   facts["mass"] = shape.mass;
@@ -62,7 +62,7 @@ void bind_case(py::module_& m) {
                              [](const Case& c) {
                                py::list all;
                                for (const Shape& shape : c.model().shapes)
-                                 all.append(shape_facts(shape));
+                                 all.append(shape_properties(shape));
                                return all;
                              })
       .def("shape_mesh", &shape_mesh, py::arg("index"));

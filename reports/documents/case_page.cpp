@@ -262,7 +262,7 @@ Json sample_statistics(const Case& c, const ScenePoses& poses) {
   for (const Boundary& b : c.model.boundaries) {
     const bool plane = b.mesh.triangles.empty();
     Json mesh = replay::mesh_json(
-        b.name, plane ? replay::plane_square(b, box) : simplified(b.mesh, each), Vec3::Zero());
+        b.name, plane ? replay::plane_square(b, box) : simplified_mesh(b.mesh, each), Vec3::Zero());
     mesh["plane"] = plane;
     facts["boundaries"].push_back(mesh);
   }

@@ -16,7 +16,7 @@ namespace {
 
 plots::Series curve(const std::string& name, const Recording& recording,
                     const std::vector<double>& values) {
-  Curve c = for_drawing(recording.frame_times(), values);
+  Curve c = downsampled_curve(recording.frame_times(), values);
   plots::Series series;
   series.name = name;
   series.x = std::move(c.x);
@@ -155,7 +155,8 @@ page::Figure residence_by_batch(const std::string& sensor, const std::vector<dou
 
 }  // namespace
 
-Curve for_drawing(const std::vector<double>& x, const std::vector<double>& y, std::size_t most) {
+Curve downsampled_curve(const std::vector<double>& x, const std::vector<double>& y,
+                        std::size_t most) {
   if (y.size() <= most) return {x, y};
   Curve out;
   const std::size_t stretches = std::max<std::size_t>(most / 3, 1);

@@ -19,7 +19,7 @@ std::vector<page::Figure> passage_figures(const Recording& recording, const Case
 struct Curve {
   std::vector<double> x, y;
 };
-Curve for_drawing(const std::vector<double>& x, const std::vector<double>& y,
-                  std::size_t most = 1500);
+Curve downsampled_curve(const std::vector<double>& x, const std::vector<double>& y,
+                        std::size_t most = 1500);
 
 }  // namespace firn

@@ -45,7 +45,7 @@ std::vector<std::string> caveats(const Sets& sets) {
 
 void comparison_section(const Sets& sets, ValidationReplays* replays, page::Page& page) {
   const ComparisonRow& first = *sets.front();
-  const std::string anchor = page::anchor_of(first.name);
+  const std::string anchor = page::slugify(first.name);
   page::Content& content = page.section(first.title, anchor);
   if (!first.note.empty()) content.paragraph(first.note);
   if (!first.measurement.empty())
@@ -104,8 +104,7 @@ void validation_summary(const ValidationDocument& results, const std::vector<Set
     table.columns.push_back({sets.back(), ""});
   }
   for (const Sets& group : groups) {
-    std::vector<Cell> row = {
-        Cell::link(group.front()->title, page::anchor_of(group.front()->name))};
+    std::vector<Cell> row = {Cell::link(group.front()->title, page::slugify(group.front()->name))};
     for (const std::string& set : sets) {
       const auto found = std::ranges::find(group, set, &ComparisonRow::parameter_set);
       row.push_back(found == group.end() ? Cell("not run") : verdict_cell(**found));

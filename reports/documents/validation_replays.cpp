@@ -67,8 +67,8 @@ void ValidationReplays::add(const std::string& experiment, const std::string& an
     ReplayViewOptions options;
     options.budget = budget_ / waiting_;
     const ReplaySize size =
-        place_replay(page, watch, {page::anchor_of(experiment), fmt::format("\"{}\"", experiment)},
-                     recording, recording.read_case(), options);
+        add_replay_view(page, watch, {page::slugify(experiment), fmt::format("\"{}\"", experiment)},
+                        recording, recording.read_case(), options);
     budget_ -= std::min(budget_, size.characters);
     if (size.frames > 0) {
       run.drawn_at = anchor;

@@ -124,7 +124,7 @@ std::string script_source(std::string_view script) {
 
 }  // namespace
 
-std::string anchor_of(const std::string& text) {
+std::string slugify(const std::string& text) {
   std::string result;
   for (const char c : text) {
     if (std::isalnum(static_cast<unsigned char>(c)))
@@ -260,7 +260,7 @@ Page::Page(std::string title, std::string subtitle)
     : title_(std::move(title)), subtitle_(std::move(subtitle)) {}
 
 Content& Page::section(const std::string& title, const std::string& anchor) {
-  const std::string wanted = anchor_of(anchor.empty() ? title : anchor);
+  const std::string wanted = slugify(anchor.empty() ? title : anchor);
   std::string name = wanted;
   const auto taken = [&] {
     return std::ranges::any_of(sections_, [&](const Section& s) { return s.anchor == name; });

@@ -22,7 +22,7 @@
 namespace firn::page {
 
 // A text as an anchor: letters and digits in lower case, hyphens between them.
-std::string anchor_of(const std::string& text);
+std::string slugify(const std::string& text);
 
 using firn::measured_text;
 using firn::number_text;

@@ -267,12 +267,12 @@ std::vector<LegendItem> legend_items(const ScenePicture& picture) {
 
 struct Legend {
   static constexpr double kRow = 20;  // pixels
-  struct Placed {
+  struct InitialParticle {
     LegendItem item;
     double x = 0;
     int row = 0;
   };
-  std::vector<Placed> placed;
+  std::vector<InitialParticle> placed;
   int rows = 1;
 };
 
@@ -295,7 +295,7 @@ Legend legend_of(const ScenePicture& picture) {
 std::string legend_script(const Legend& legend, double width, double height) {
   std::string script;
   int label = 100;
-  for (const Legend::Placed& p : legend.placed) {
+  for (const Legend::InitialParticle& p : legend.placed) {
     const double y = height - Legend::kRow * (legend.rows - p.row);
     const Color c = p.item.color;
     const auto byte = [](float v) {
@@ -403,7 +403,7 @@ void draw_scene(const Case& c, const std::string& file) {
   Solver start(unowned(c.model), 0);
   place_start(start, c);
   picture.walls = walls_at_start(c, start);
-  for (const Case::Placed& p : c.placed) {
+  for (const Case::InitialParticle& p : c.placed) {
     const Shape& shape = c.model.shapes[c.model.particles[p.particle].shape];
     const Mat3 rotation = p.orientation.toRotationMatrix();
     picture.particles.push_back({&shape.mesh, {rotation, p.position - rotation * shape.centroid}});

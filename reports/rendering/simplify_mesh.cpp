@@ -171,7 +171,7 @@ class Simplifier {
 
 }  // namespace
 
-TriangleMesh simplified(const TriangleMesh& mesh, std::size_t wanted) {
+TriangleMesh simplified_mesh(const TriangleMesh& mesh, std::size_t wanted) {
   if (mesh.triangles.size() <= wanted) return mesh;
   return Simplifier(mesh).run(wanted);
 }

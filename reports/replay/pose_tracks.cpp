@@ -23,7 +23,7 @@ Eigen::AlignedBox3d box_of(const PoseTracks& tracks) {
 
 // The channels of one body over all frames. Where it is not there, what it was before holds:
 // nothing changes but the mark.
-void quantise(const PoseTracks& tracks, std::size_t body, const PackedTracks& packed,
+void quantise(const PoseTracks& tracks, std::size_t body, const PackedTrajectories& packed,
               std::array<std::vector<std::int16_t>, kChannels>& channel) {
   std::array<std::int16_t, kChannels> now{};
   std::array<float, 4> before{};
@@ -69,8 +69,8 @@ PoseTracks PoseTracks::downsampled(double rate) const {
   return kept;
 }
 
-PackedTracks pack(const PoseTracks& tracks) {
-  PackedTracks packed;
+PackedTrajectories pack(const PoseTracks& tracks) {
+  PackedTrajectories packed;
   packed.bodies = tracks.bodies;
   packed.frames = tracks.time.size();
   const Eigen::AlignedBox3d box = box_of(tracks);

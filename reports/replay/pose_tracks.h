@@ -28,11 +28,11 @@ struct PoseTracks {
 // from the frame before modulo 2^16 (the first one: from 0), folded so that small ones have small
 // numbers (0, -1, 1, -2, ... become 0, 1, 2, 3, ...): first the low bytes of all of them, then the
 // high ones.
-struct PackedTracks {
+struct PackedTrajectories {
   std::size_t bodies = 0, frames = 0;
   Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // m
   std::vector<std::uint8_t> bytes;               // [2 * 7 * bodies * frames]
 };
-PackedTracks pack(const PoseTracks& tracks);
+PackedTrajectories pack(const PoseTracks& tracks);
 
 }  // namespace firn

@@ -196,7 +196,7 @@ Json shapes_json(const Case& c, std::size_t particles) {
       std::clamp<std::size_t>(kParticleTriangles / std::max<std::size_t>(particles, 1), 60, 400);
   Json shapes = Json::array();
   for (const Shape& shape : c.model.shapes)
-    shapes.push_back(mesh_json(shape.name, simplified(shape.mesh, each), shape.centroid));
+    shapes.push_back(mesh_json(shape.name, simplified_mesh(shape.mesh, each), shape.centroid));
   return shapes;
 }
 
@@ -262,7 +262,7 @@ Json markers_json(const Case& c) {
 }
 
 std::string data_text(Json facts, const PoseTracks& tracks) {
-  const PackedTracks packed = pack(tracks);
+  const PackedTrajectories packed = pack(tracks);
   facts["bodies"] = packed.bodies;
   facts["time"] = micro(tracks.time);
   facts["low"] = {packed.low.x(), packed.low.y(), packed.low.z()};

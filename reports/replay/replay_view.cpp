@@ -88,7 +88,7 @@ Json boundaries_json(const Recording& recording, const Case& c, const Eigen::Ali
     Json mesh = mesh_json(b.name,
                           mapped  ? map->mesh
                           : plane ? replay::plane_square(b, box)
-                                  : simplified(b.mesh, each),
+                                  : simplified_mesh(b.mesh, each),
                           Vec3::Zero());
     mesh["plane"] = plane;
     if (mapped) mesh["map"] = map_json(*map);
@@ -141,9 +141,9 @@ Json facts_json(const Recording& recording, const Case& c) {
 
 }  // namespace
 
-ReplaySize place_replay(page::Page& page, page::Content& content, const ReplayName& name,
-                        const Recording& recording, const Case& c,
-                        const ReplayViewOptions& options) {
+ReplaySize add_replay_view(page::Page& page, page::Content& content, const ReplayName& name,
+                           const Recording& recording, const Case& c,
+                           const ReplayViewOptions& options) {
   ReplaySize size;
   const std::vector<double> times = recording.frame_times();
   size.recorded_frames = times.size();
@@ -181,8 +181,8 @@ ReplaySize place_replay(page::Page& page, page::Content& content, const ReplayNa
 ReplaySize add_replay(page::Page& page, const Recording& recording, const Case& c,
                       const ReplayViewOptions& options) {
   if (recording.frame_times().empty()) return {};
-  return place_replay(page, page.section("Replay", "replay"), {"run", c.name}, recording, c,
-                      options);
+  return add_replay_view(page, page.section("Replay", "replay"), {"run", c.name}, recording, c,
+                         options);
 }
 
 }  // namespace firn

@@ -30,9 +30,9 @@ struct ReplayName {
 
 // A replay at the end of `content`, with its data and, once on a page, its scripts. Where a page
 // has several, each is unpacked when it is opened. A run without a frame gets none.
-ReplaySize place_replay(page::Page& page, page::Content& content, const ReplayName& name,
-                        const Recording& recording, const Case& c,
-                        const ReplayViewOptions& options = {});
+ReplaySize add_replay_view(page::Page& page, page::Content& content, const ReplayName& name,
+                           const Recording& recording, const Case& c,
+                           const ReplayViewOptions& options = {});
 // A section with the only replay of a page.
 ReplaySize add_replay(page::Page& page, const Recording& recording, const Case& c,
                       const ReplayViewOptions& options = {});

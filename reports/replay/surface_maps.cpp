@@ -203,7 +203,7 @@ std::vector<SurfaceMap> within(std::vector<SurfaceMap> maps, std::size_t most) {
   }
   std::ranges::stable_sort(order, {}, [](const SurfaceMap* map) { return map->computed; });
   for (std::size_t i = 0; i < order.size(); ++i) {
-    *order[i] = coarsened(*order[i], most / (order.size() - i));
+    *order[i] = simplified_map(*order[i], most / (order.size() - i));
     most -= std::min(most, order[i]->mesh.triangles.size());
   }
   return maps;
@@ -211,7 +211,7 @@ std::vector<SurfaceMap> within(std::vector<SurfaceMap> maps, std::size_t most) {
 
 }  // namespace
 
-SurfaceMap coarsened(const SurfaceMap& map, std::size_t most) {
+SurfaceMap simplified_map(const SurfaceMap& map, std::size_t most) {
   if (map.mesh.triangles.size() <= most) return map;
   std::vector<double> area;
   double whole = 0;

@@ -32,6 +32,6 @@ std::vector<SurfaceMap> shape_maps(const Recording& recording, std::size_t most)
 
 // The same with about `most` triangles of even size at most, corners of the mesh given: sums and
 // peaks stay what they are and move by the width of a triangle.
-SurfaceMap coarsened(const SurfaceMap& map, std::size_t most);
+SurfaceMap simplified_map(const SurfaceMap& map, std::size_t most);
 
 }  // namespace firn

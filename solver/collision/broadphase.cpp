@@ -23,7 +23,7 @@ std::uint64_t cell_key(std::int64_t x, std::int64_t y, std::int64_t z) {
 // neighbors in memory, with their numbers in the fourth places.
 struct CellList {
   struct Entry {
-    Quad lower, upper;  // upper.w: the box's number
+    Vec4 lower, upper;  // upper.w: the box's number
   };
   std::vector<std::uint64_t> keys;
   std::vector<Entry> boxes;
@@ -110,17 +110,17 @@ class MeetingBoxes {
                    std::int32_t* found) const {
     std::size_t many = 0;
     for (const CellList::Entry* other = begin; other != end; ++other) {
-      Four lower, upper;
+      Simd4d lower, upper;
       get(&other->lower, lower);
       get(&other->upper, upper);
       found[many] = static_cast<std::int32_t>(other->upper.w);
-      many += bits_of((lower_ <= upper) & (lower <= upper_)) == 0xf;
+      many += movemask((lower_ <= upper) & (lower <= upper_)) == 0xf;
     }
     return many;
   }
 
  private:
-  Four lower_, upper_;
+  Simd4d lower_, upper_;
 };
 
 }  // namespace

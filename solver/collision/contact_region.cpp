@@ -139,7 +139,7 @@ std::vector<int> hull_corners(const std::vector<PlanePoint>& points, double& ext
 }
 
 // A fan from the mean of the corners, each triangle giving a third of its area to each corner.
-void compute_polygon_weights(Region& r) {
+void compute_polygon_weights(ContactRegion& r) {
   PlanePoint mean{0, 0};
   for (int i = 0; i < r.count; ++i) {
     mean.u += r.points[i].at.u / r.count;
@@ -147,7 +147,7 @@ void compute_polygon_weights(Region& r) {
   }
   PlaneMoments about;  // about the mean
   PlanePoint p = r.points[r.count - 1].at - mean;
-  RegionPoint* from = &r.points[r.count - 1];
+  ClippedPoint* from = &r.points[r.count - 1];
   for (int i = 0; i < r.count; ++i) {
     const PlanePoint q = r.points[i].at - mean;
     const double triangle = 0.5 * cross(p, q);
@@ -180,8 +180,8 @@ double edge_radius(double radius_a, double radius_b) {
   return sum > 0 ? radius_a * radius_b / sum : 0;
 }
 
-void compute_segment_weights(Region& r, double radius, double radii) {
-  const auto overlap = [&](const RegionPoint& p) { return radii - (p.height_b - p.height_a); };
+void compute_segment_weights(ContactRegion& r, double radius, double radii) {
+  const auto overlap = [&](const ClippedPoint& p) { return radii - (p.height_b - p.height_a); };
   const double width =
       swept_width(radius, std::max(overlap(r.points[0]), overlap(r.points[1])), r.size);
   const PlanePoint e = r.points[1].at - r.points[0].at;
@@ -192,15 +192,15 @@ void compute_segment_weights(Region& r, double radius, double radii) {
   r.moments = {density * e.u * e.u, density * e.u * e.v, density * e.v * e.v};
 }
 
-void compute_point_weights(Region& r, double radius, double radii) {
+void compute_point_weights(ContactRegion& r, double radius, double radii) {
   const double width =
       swept_width(radius, radii - (r.points[0].height_b - r.points[0].height_a), r.size);
   r.area = r.points[0].weight = width * width;
   r.moments = {};
 }
 
-bool face_on_face(const ProjectedPart& a, const ConvexPart::Face& face_a, const ProjectedPart& b,
-                  const ConvexPart::Face& face_b, Region& r) {
+bool clip_face_face(const ProjectedPart& a, const ConvexPart::Face& face_a, const ProjectedPart& b,
+                    const ConvexPart::Face& face_b, ContactRegion& r) {
   const int capacity = region_capacity(face_a.count, face_b.count);
   Scratch<PlanePoint> first(capacity), second(capacity), other(face_b.count);
   PlanePoint* polygon = first.data();
@@ -222,9 +222,9 @@ bool face_on_face(const ProjectedPart& a, const ConvexPart::Face& face_a, const 
   return r.area > std::pow(kEdgeWidth * r.size, 2);
 }
 
-bool edge_on_face(const ProjectedPart& edge_view, const std::uint16_t (&ends)[2],
-                  const ProjectedPart& face_view, const ConvexPart::Face& face, bool edge_is_a,
-                  Region& r) {
+bool clip_edge_face(const ProjectedPart& edge_view, const std::uint16_t (&ends)[2],
+                    const ProjectedPart& face_view, const ConvexPart::Face& face, bool edge_is_a,
+                    ContactRegion& r) {
   Scratch<PlanePoint> storage(face.count);
   PlanePoint* polygon = storage.data();
   outline(face_view, face, edge_is_a, polygon);
@@ -244,8 +244,9 @@ bool edge_on_face(const ProjectedPart& edge_view, const std::uint16_t (&ends)[2]
   return true;
 }
 
-bool edge_on_edge(const ProjectedPart& a, const std::uint16_t (&ends_a)[2], const ProjectedPart& b,
-                  const std::uint16_t (&ends_b)[2], double aside, Region& r) {
+bool clip_edge_edge(const ProjectedPart& a, const std::uint16_t (&ends_a)[2],
+                    const ProjectedPart& b, const std::uint16_t (&ends_b)[2], double aside,
+                    ContactRegion& r) {
   const PlanePoint a0 = a.flat(ends_a[0]), a1 = a.flat(ends_a[1]);
   const PlanePoint b0 = b.flat(ends_b[0]), b1 = b.flat(ends_b[1]);
   const PlanePoint da = a1 - a0, db = b1 - b0;

@@ -32,9 +32,9 @@ struct ContactBasis {
   Vec3 u, v, n;
 
   explicit ContactBasis(const Vec3& normal) : n(normal) {
-    const TangentBasis across = tangent_basis(plain(n));
-    u = eigen(across.u);
-    v = eigen(across.v);
+    const TangentBasis across = tangent_basis(to_vec(n));
+    u = to_eigen(across.u);
+    v = to_eigen(across.v);
   }
   // The same about the same point in three dimensions, in the axes of u and v.
   Mat3 moments(const PlaneMoments& m) const {
@@ -87,25 +87,25 @@ class Scratch {
 };
 
 // One corner of the touching region and the heights of the two cores over it.
-struct RegionPoint {
+struct ClippedPoint {
   PlanePoint at;
   double height_a, height_b;  // m
   double weight;              // m^2
 };
 
 // The touching region seen along the normal: a convex polygon, a segment or a point.
-struct Region {
-  Region(int room, double pair_size)
-      : storage(room), points(storage.data()), capacity(room), size(pair_size) {}
-  Region(const Region&) = delete;
+struct ContactRegion {
+  ContactRegion(int room, double characteristic_length)
+      : storage(room), points(storage.data()), capacity(room), size(characteristic_length) {}
+  ContactRegion(const ContactRegion&) = delete;
 
   void add(const PlanePoint& at, double height_a, double height_b) {
     assert(count < capacity);
     points[count++] = {at, height_a, height_b, 0};
   }
 
-  Scratch<RegionPoint> storage;
-  RegionPoint* points;
+  Scratch<ClippedPoint> storage;
+  ClippedPoint* points;
   int capacity;
   double size;  // m, of the pair
   int count = 0;
@@ -118,12 +118,12 @@ struct Region {
 inline int region_capacity(int corners_a, int corners_b) { return 2 * (corners_a + corners_b); }
 
 // Weights that integrate linear functions over the polygon exactly, and its moments.
-void compute_polygon_weights(Region& r);
+void compute_polygon_weights(ContactRegion& r);
 // Edges and corners are swept: a rounding of `radius` (m) that overlaps by d touches over a width
 // of 2 sqrt(2 radius d). With a fixed width, an edge that overlaps deeper than an adjacent face
 // would carry almost no part of the force on the patch. `radii`: sum of both sweep radii, m.
-void compute_segment_weights(Region& r, double radius, double radii);
-void compute_point_weights(Region& r, double radius, double radii);
+void compute_segment_weights(ContactRegion& r, double radius, double radii);
+void compute_point_weights(ContactRegion& r, double radius, double radii);
 // The same width for one overlap (m), and the radius of two edges against each other. `size`: of
 // the pair, m.
 double swept_width(double radius, double overlap, double size);
@@ -151,19 +151,20 @@ bool clip_segment(const PlanePoint* polygon, int count, const PlanePoint& p, con
 std::vector<int> hull_corners(const std::vector<PlanePoint>& points, double& extent);
 
 // Contact points and moments of a weighed region; with `flat`, its outline too.
-void emit_region(const Region& r, const ContactBasis& frame, double radius_a, double radius_b,
-                 double shell, bool flat, Manifold& out);
+void emit_region(const ContactRegion& r, const ContactBasis& frame, double radius_a,
+                 double radius_b, double shell, bool flat, Manifold& out);
 
 // The region over which two features face each other, weighed. False when it is empty or too small.
-bool face_on_face(const ProjectedPart& a, const ConvexPart::Face& face_a, const ProjectedPart& b,
-                  const ConvexPart::Face& face_b, Region& r);
+bool clip_face_face(const ProjectedPart& a, const ConvexPart::Face& face_a, const ProjectedPart& b,
+                    const ConvexPart::Face& face_b, ContactRegion& r);
 // An edge of one part on a face of the other; `edge_is_a` says whose is whose.
-bool edge_on_face(const ProjectedPart& edge_view, const std::uint16_t (&ends)[2],
-                  const ProjectedPart& face_view, const ConvexPart::Face& face, bool edge_is_a,
-                  Region& r);
+bool clip_edge_face(const ProjectedPart& edge_view, const std::uint16_t (&ends)[2],
+                    const ProjectedPart& face_view, const ConvexPart::Face& face, bool edge_is_a,
+                    ContactRegion& r);
 // Two edges that run side by side: the stretch over which they are less than `aside` (m) apart
 // across the normal. Shrinks to the crossing point as they turn against each other.
-bool edge_on_edge(const ProjectedPart& a, const std::uint16_t (&ends_a)[2], const ProjectedPart& b,
-                  const std::uint16_t (&ends_b)[2], double aside, Region& r);
+bool clip_edge_edge(const ProjectedPart& a, const std::uint16_t (&ends_a)[2],
+                    const ProjectedPart& b, const std::uint16_t (&ends_b)[2], double aside,
+                    ContactRegion& r);
 
 }  // namespace firn

@@ -36,7 +36,8 @@ struct CornerSurface {
 // tilted in a surface is held wherever it is in. `is_a`: the part is A.
 template <class IsOver>
 void add_corners(const ProjectedPart& view, bool is_a, std::span<const std::uint16_t> own,
-                 const CornerSurface& surface, double shell, const IsOver& is_over, Region& r) {
+                 const CornerSurface& surface, double shell, const IsOver& is_over,
+                 ContactRegion& r) {
   const ConvexPart& part = view.part;
   const double radii = part.radius + surface.radius;
   const Vec3 outward = is_a ? view.n : Vec3(-view.n);

@@ -438,13 +438,14 @@ double extend_to_surfaces(const ConvexPart& a, const ConvexPart* b, const Pose& 
   if (!b && m.feature_a.kind == ContactFeature::Kind::vertex) return kNoEffect;
   const ContactBasis frame(m.normal);
   const ProjectedPart view_a(a, frame);
-  const double size = b ? pair_size(a, *b) : a.bounding_radius, radius_b = b ? b->radius : 0;
+  const double size = b ? characteristic_length(a, *b) : a.bounding_radius,
+               radius_b = b ? b->radius : 0;
   const WholeRegion whole =
       b ? whole_region(view_a, ProjectedPart(*b, frame, b_in_a), m, surface_a, surface_b, size)
         : region_on_plane(view_a, m.feature_a, surface_a, -offset);
   if (whole.corners.size() < (whole.swept ? 1u : 3u)) return kNoEffect;
-  Region region(static_cast<int>(whole.corners.size()) + a.vertex_count + (b ? b->vertex_count : 0),
-                size);
+  ContactRegion region(
+      static_cast<int>(whole.corners.size()) + a.vertex_count + (b ? b->vertex_count : 0), size);
   for (std::size_t i = 0; i < whole.corners.size(); ++i)
     region.add(whole.corners[i], whole.heights[i][0], whole.heights[i][1]);
   if (whole.corners.size() == 1) {

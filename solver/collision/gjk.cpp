@@ -89,7 +89,7 @@ inline Nearest nearest_on_segment(const Simplex& s, int i, int j) {
 
 // Three vectors side by side; the fourth lanes are of no meaning.
 struct Three {
-  Four x, y, z;
+  Simd4d x, y, z;
 };
 [[gnu::always_inline]] inline void next(const Three& v, Three& out) {
   out.x = __builtin_shufflevector(v.x, v.x, 1, 2, 0, 3);
@@ -218,10 +218,10 @@ struct Query {
       s.a[i] = cache.a[k];
       s.b[i] = cache.b[k];
     }
-    const auto four = [](const std::vector<double>& all, const std::uint16_t* at, Four& out) {
-      out = Four{all[at[0]], all[at[1]], all[at[2]], all[at[3]]};
+    const auto four = [](const std::vector<double>& all, const std::uint16_t* at, Simd4d& out) {
+      out = Simd4d{all[at[0]], all[at[1]], all[at[2]], all[at[3]]};
     };
-    Four ax, ay, az, bx, by, bz;
+    Simd4d ax, ay, az, bx, by, bz;
     four(a.x, s.a, ax);
     four(a.y, s.a, ay);
     four(a.z, s.a, az);
@@ -272,7 +272,7 @@ struct Query {
 
 CoreContact core_contact(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double shell,
                          GjkCache& cache) {
-  const double radii = a.radius + b.radius, touching = touching_distance(a, b);
+  const double radii = a.radius + b.radius, touching = contact_tolerance(a, b);
   Query query(a, b, b_in_a);
   Simplex& s = query.s;
   query.start(cache);

@@ -13,7 +13,7 @@ namespace firn {
 // Characteristic length of a pair of parts. Tolerances scale with it and do not depend on the unit
 // of length: m, the smaller bounding radius; of a bare point and a part, the part's; of two bare
 // points, which have none, 1.
-inline double pair_size(const ConvexPart& a, const ConvexPart& b) {
+inline double characteristic_length(const ConvexPart& a, const ConvexPart& b) {
   const double smaller = std::min(a.bounding_radius, b.bounding_radius);
   const double larger = std::max(a.bounding_radius, b.bounding_radius);
   return smaller > 0 ? smaller : larger > 0 ? larger : 1;
@@ -21,9 +21,9 @@ inline double pair_size(const ConvexPart& a, const ConvexPart& b) {
 
 // Cores nearer than this part of the pair's size count as overlapping: their distance is too small
 // to carry a direction.
-inline constexpr double kTouchingShare = 1e-8;
-inline double touching_distance(const ConvexPart& a, const ConvexPart& b) {
-  return kTouchingShare * pair_size(a, b);
+inline constexpr double kContactTolerance = 1e-8;
+inline double contact_tolerance(const ConvexPart& a, const ConvexPart& b) {
+  return kContactTolerance * characteristic_length(a, b);
 }
 
 // A normal that leans out over a seam by more than this (sine) belongs to the neighbor there.
@@ -52,8 +52,8 @@ inline Support support(const ConvexPart& part, double dx, double dy, double dz) 
   const double* const x = part.x.data();
   const double* const y = part.y.data();
   const double* const z = part.z.data();
-  const auto heights = [&](int i, Four& out) {
-    Four vx, vy, vz;
+  const auto heights = [&](int i, Simd4d& out) {
+    Simd4d vx, vy, vz;
     get(x + i, vx);
     get(y + i, vy);
     get(z + i, vz);
@@ -61,7 +61,7 @@ inline Support support(const ConvexPart& part, double dx, double dy, double dz) 
   };
   // Two chains side by side, as the padding is to eight.
   const Index lane = {0, 1, 2, 3};
-  Four best, second, value, second_value;
+  Simd4d best, second, value, second_value;
   heights(0, best);
   heights(4, second);
   Index at = lane, second_at = lane + 4;
@@ -78,7 +78,7 @@ inline Support support(const ConvexPart& part, double dx, double dy, double dz) 
   best = farther ? second : best;
   at = farther ? second_at : at;
   // The better of each half, then of both, without a branch.
-  const auto keep_farther = [&](const Four& other, const Index& other_at) {
+  const auto keep_farther = [&](const Simd4d& other, const Index& other_at) {
     const Index is_farther = other > best;
     best = is_farther ? other : best;
     at = is_farther ? other_at : at;

@@ -74,9 +74,9 @@ void flattest_edge(const ConvexPart& part, const Vec3& n, const SupportingFeatur
       const double drop = height - n.dot(part.vertex(far));
       const double over_reach = drop * std::min(1.0, reach * edges[k].inverse_length);
       const bool ours = alone | ((far > near) & carriers.include(far));
-      const double over = pick(ours & (over_reach <= depth), over_reach, kNever);
-      from = pick(over < least, near, from);
-      to = pick(over < least, far, to);
+      const double over = select(ours & (over_reach <= depth), over_reach, kNever);
+      from = select(over < least, near, from);
+      to = select(over < least, far, to);
       least = std::min(over, least);
     }
   }
@@ -119,7 +119,8 @@ Feature supporting_feature(const ConvexPart& part, const Vec3& n,
 // True when the contact belongs to the piece beyond a seam of this part: the normal (`outward`, in
 // part axes) leans out over the seam and nothing of the region reaches back from it.
 bool belongs_to_neighbor(const ProjectedPart& view, const SupportingFeatures& carriers,
-                         const Vec3& outward, const Region& r, double RegionPoint::*height) {
+                         const Vec3& outward, const ContactRegion& r,
+                         double ClippedPoint::*height) {
   const ConvexPart& part = view.part;
   if (part.internal_normals.empty()) return false;
   std::uint64_t common = ~std::uint64_t{0};
@@ -129,7 +130,7 @@ bool belongs_to_neighbor(const ProjectedPart& view, const SupportingFeatures& ca
     const Vec3& seam = part.internal_normals[f];
     if (outward.dot(seam) <= kSeamTilt) continue;
     const double offset = seam.dot(part.vertex(carriers.vertex[0]));
-    const bool reaches_back = std::any_of(r.points, r.points + r.count, [&](const RegionPoint& p) {
+    const bool reaches_back = std::any_of(r.points, r.points + r.count, [&](const ClippedPoint& p) {
       return seam.dot(view.body_point(p.at, p.*height)) < offset - kLeastExtent * r.size;
     });
     if (!reaches_back) return true;
@@ -172,28 +173,28 @@ void fill(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double s
   const ProjectedPart view_a(a, frame), view_b(b, frame, b_in_a);
   const SupportingFeatures carriers_a(contact.simplex.a, contact.simplex.count);
   const SupportingFeatures carriers_b(contact.simplex.b, contact.simplex.count);
-  const double size = pair_size(a, b), depth = feature_depth(out.gap, shell, size);
+  const double size = characteristic_length(a, b), depth = feature_depth(out.gap, shell, size);
   const double reach = 2 * size;
   const Feature on_a = supporting_feature(a, view_a.n, carriers_a, depth, reach);
   const Feature on_b = supporting_feature(b, -view_b.n, carriers_b, depth, reach);
 
   const int corners = (on_b.face ? a.vertex_count : 0) + (on_a.face ? b.vertex_count : 0);
-  Region region(
+  ContactRegion region(
       region_capacity(on_a.face ? on_a.face->count : 2, on_b.face ? on_b.face->count : 2) + corners,
       size);
   bool found = false;
   if (on_a.face && on_b.face) {
-    found = face_on_face(view_a, *on_a.face, view_b, *on_b.face, region);
+    found = clip_face_face(view_a, *on_a.face, view_b, *on_b.face, region);
   } else if (on_a.face && on_b.kind == Feature::Kind::edge) {
-    found = edge_on_face(view_b, on_b.ends, view_a, *on_a.face, false, region);
+    found = clip_edge_face(view_b, on_b.ends, view_a, *on_a.face, false, region);
   } else if (on_b.face && on_a.kind == Feature::Kind::edge) {
-    found = edge_on_face(view_a, on_a.ends, view_b, *on_b.face, true, region);
+    found = clip_edge_face(view_a, on_a.ends, view_b, *on_b.face, true, region);
   } else if (on_a.kind == Feature::Kind::edge && on_b.kind == Feature::Kind::edge) {
     // Swept edges d apart and y aside have opened by about y^2 / 2d.
     const double opening = 0.25 * shell + kLeastExtent * size;
     const double aside =
         std::sqrt(2 * std::max(0.0, contact.distance) * opening) + kLeastExtent * size;
-    found = edge_on_edge(view_a, on_a.ends, view_b, on_b.ends, aside, region);
+    found = clip_edge_edge(view_a, on_a.ends, view_b, on_b.ends, aside, region);
   }
   if (!found) {
     const double height = frame.n.dot(contact.point_a);
@@ -204,8 +205,8 @@ void fill(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double s
                                       : edge_radius(a.radius, b.radius);
     compute_point_weights(region, radius, radii);
   }
-  if (belongs_to_neighbor(view_a, carriers_a, view_a.n, region, &RegionPoint::height_a) ||
-      belongs_to_neighbor(view_b, carriers_b, -view_b.n, region, &RegionPoint::height_b)) {
+  if (belongs_to_neighbor(view_a, carriers_a, view_a.n, region, &ClippedPoint::height_a) ||
+      belongs_to_neighbor(view_b, carriers_b, -view_b.n, region, &ClippedPoint::height_b)) {
     return;
   }
   const int own = region.count;
@@ -231,12 +232,12 @@ void fill(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double s
 
 }  // namespace
 
-void emit_region(const Region& r, const ContactBasis& frame, double radius_a, double radius_b,
-                 double shell, bool flat, Manifold& out) {
+void emit_region(const ContactRegion& r, const ContactBasis& frame, double radius_a,
+                 double radius_b, double shell, bool flat, Manifold& out) {
   out.area = r.area;
   out.moments = frame.moments(r.moments);
   for (int i = 0; i < r.count; ++i) {
-    const RegionPoint& p = r.points[i];
+    const ClippedPoint& p = r.points[i];
     const double surface_a = p.height_a + radius_a, surface_b = p.height_b - radius_b;
     const Vec3 position = frame.point(p.at, 0.5 * (surface_a + surface_b));
     out.centroid += p.weight / r.area * position;
@@ -255,15 +256,15 @@ void collide(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, doubl
     out.normal = contact.normal;
     return;
   }
-  if (contact.distance <= touching_distance(a, b)) {
+  if (contact.distance <= contact_tolerance(a, b)) {
     fill(a, b, b_in_a, shell, penetration(a, b, b_in_a), out);
   } else {
     fill(a, b, b_in_a, shell, contact, out);
   }
 }
 
-void collide_from(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, const Vec3& side,
-                  double shell, Manifold& out) {
+void collide_with_side_hint(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a,
+                            const Vec3& side, double shell, Manifold& out) {
   clear(out);
   fill(a, b, b_in_a, shell, penetration_from(a, b, b_in_a, side), out);
 }
@@ -280,7 +281,7 @@ void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double she
   const double depth = feature_depth(out.gap, shell, a.bounding_radius);
   const Feature feature =
       supporting_feature(a, frame.n, SupportingFeatures(lowest), depth, 2 * a.bounding_radius);
-  Region region(a.vertex_count, a.bounding_radius);
+  ContactRegion region(a.vertex_count, a.bounding_radius);
   const auto add = [&](int i) { region.add(view.flat(i), view.height(i), -offset); };
   const std::uint16_t* loop = feature.ends;
   int loop_count = 0;

@@ -83,12 +83,12 @@ void collide(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, doubl
 
 // collide() for parts with a known side of contact: only separating directions within 45 degrees of
 // `side` (unit, A's axes, from A to B) are used, even when another one is shorter.
-void collide_from(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, const Vec3& side,
-                  double shell, Manifold& out);
+void collide_with_side_hint(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a,
+                            const Vec3& side, double shell, Manifold& out);
 
 // True when the vertex of `part` farthest along `way` (part axes) lies on a seam through which
 // `way` points outwards: the contact belongs to the neighboring part.
-bool leads_through_seam(const ConvexPart& part, const Vec3& way);
+bool normal_exits_internal_face(const ConvexPart& part, const Vec3& way);
 
 // A against the solid half-space { x : n . x <= offset } in A's axes. The manifold's normal is -n
 // (from the part to the plane); never fails, however deep. In addition to the lowest feature,

@@ -55,8 +55,8 @@ double width(const Pair& p, const Vec3& n) {
 }
 
 bool ours(const Pair& p, const Vec3& n) {
-  return !leads_through_seam(p.a, n) &&
-         !leads_through_seam(p.b, -(p.b_in_a.rotation.transpose() * n));
+  return !normal_exits_internal_face(p.a, n) &&
+         !normal_exits_internal_face(p.b, -(p.b_in_a.rotation.transpose() * n));
 }
 
 void offer(const Pair& p, const Vec3& n, Way& best, Way& best_seam) {
@@ -112,9 +112,10 @@ CoreContact refined(const Pair& p, Way best, const Allowed& allowed) {
     const double clearance = std::max(1e-3 * std::min(p.a.bounding_radius, p.b.bounding_radius),
                                       0.1 * std::abs(best.depth));
     contact = contact_outside(p, best, clearance);
-    if (contact.distance <= touching_distance(p.a, p.b)) break;
+    if (contact.distance <= contact_tolerance(p.a, p.b)) break;
     const Way nearer{contact.normal, width(p, contact.normal)};
-    if (!(nearer.depth < best.depth - 1e-13 * pair_size(p.a, p.b)) || !allowed(nearer.normal))
+    if (!(nearer.depth < best.depth - 1e-13 * characteristic_length(p.a, p.b)) ||
+        !allowed(nearer.normal))
       break;
     best = nearer;
   }
@@ -132,12 +133,12 @@ CoreContact refined(const Pair& p, Way best, const Allowed& allowed) {
 
 }  // namespace
 
-bool leads_through_seam(const ConvexPart& part, const Vec3& way) {
+bool normal_exits_internal_face(const ConvexPart& part, const Vec3& way) {
   if (part.internal_normals.empty()) return false;
   const double top = support(part, way).height;
   std::uint64_t common = ~std::uint64_t{0};
   for (int i = 0; i < part.vertex_count; ++i) {
-    if (way.dot(part.vertex(i)) > top - kTouchingShare * part.bounding_radius)
+    if (way.dot(part.vertex(i)) > top - kContactTolerance * part.bounding_radius)
       common &= part.internal_faces[i];
   }
   for (std::size_t f = 0; f < part.internal_normals.size(); ++f) {

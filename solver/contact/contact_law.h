@@ -19,11 +19,11 @@ namespace firn {
 
 // Coefficients of the force law for a pair of shapes (or shape and boundary), computed once from
 // the model.
-struct PairLaw {
-  double stiffness = 0;                // N/m, K_nl of equation (4)
-  double unloading_ratio = 1;          // K_nu / K_nl = 1 / epsilon^2, equation (5)
-  double minimum_unloading_ratio = 0;  // lambda of equation (3)
-  double tangential_stiffness = 0;     // N/m, K_tau
+struct PairCoefficients {
+  double stiffness = 0;                  // N/m, K_nl of equation (4)
+  double unloading_stiffness_ratio = 1;  // K_nu / K_nl = 1 / epsilon^2, equation (5)
+  double minimum_unloading_ratio = 0;    // lambda of equation (3)
+  double tangential_stiffness = 0;       // N/m, K_tau
   double static_friction = 0;
   double dynamic_friction = 0;
   double restick_velocity = 0;         // m/s
@@ -31,12 +31,12 @@ struct PairLaw {
   double contact_margin = 0;           // m
   double contact_update_distance = 0;  // m of relative motion between two searches for contacts
   double merge_distance = 0;           // m, points of one search closer than this are merged
-  double match_distance = 0;     // m, a point closer than this to an old one inherits its history
-  double late_overlap = 0;       // m, larger overlap of a new patch: late contact
-  double overlap_limit = 0;      // m
-  double adhesion_force = 0;     // N, of a patch that touches as a whole
-  double adhesion_fraction = 0;  // of K
-  bool is_plain = true;          // neither rolling resistance nor adhesion
+  double match_distance = 0;      // m, a point closer than this to an old one inherits its history
+  double late_overlap = 0;        // m, larger overlap of a new patch: late contact
+  double overlap_limit = 0;       // m
+  double adhesion_force = 0;      // N, of a patch that touches as a whole
+  double adhesion_fraction = 0;   // of K
+  bool has_only_base_law = true;  // neither rolling resistance nor adhesion
 };
 
 struct ContactPoint {
@@ -54,7 +54,7 @@ struct Elongation {
 };
 
 // Two cache lines: a bed at rest spends most of its time reading patches.
-struct alignas(64) Patch {
+struct alignas(64) ContactPatch {
   // Groups of four numbers, each read by one wide load (see PatchBlock).
   Vec3 normal = Vec3::UnitZ();     // unit, from a to b, world
   double torsion = 0;              // N m, about the normal, on a
@@ -71,7 +71,7 @@ struct alignas(64) Patch {
   std::uint8_t sliding = 0;  // 1: dynamic friction applies
   std::uint8_t fresh = 1;    // 1: gaps are those of this instant, not yet to be advanced
 };
-static_assert(sizeof(Patch) == 128 && sizeof(ContactPoint) == 48);
+static_assert(sizeof(ContactPatch) == 128 && sizeof(ContactPoint) == 48);
 
 // Data of a patch that most steps do not read.
 struct PatchDetail {
@@ -121,7 +121,7 @@ struct PatchMotion {
 // m, approach of a point in the step along the normal.
 [[gnu::always_inline]] inline double closing_of(const PatchMotion& motion,
                                                 const ContactPoint& point) {
-  return motion.closing + dot(plain(point.offset), motion.tilt);
+  return motion.closing + dot(to_vec(point.offset), motion.tilt);
 }
 
 // velocity: m/s, of a's material point minus b's at the reference point.
@@ -143,18 +143,18 @@ struct NormalLoad {
 };
 
 // Advances all points of a patch. PatchBlock does the same for many patches in vectors.
-inline NormalLoad advance_points(const PairLaw& law, const Patch& patch, ContactPoint* points,
-                                 const PatchMotion& motion) {
+inline NormalLoad advance_points(const PairCoefficients& law, const ContactPatch& patch,
+                                 ContactPoint* points, const PatchMotion& motion) {
   NormalLoad out;
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     ContactPoint& p = points[i];
-    const Vec offset = plain(p.offset);
+    const Vec offset = to_vec(p.offset);
     const double ds = closing_of(motion, p);
     if (!patch.fresh) p.gap -= ds;
     const double before = p.force;
     const double k = law.stiffness * p.stiffness_fraction;
-    p.force =
-        normal_force(before, k, k * law.unloading_ratio, law.minimum_unloading_ratio, -p.gap, ds);
+    p.force = normal_force(before, k, k * law.unloading_stiffness_ratio,
+                           law.minimum_unloading_ratio, -p.gap, ds);
     out.force += p.force;
     out.offset_force = out.offset_force + p.force * offset;
     out.overlap = std::max(out.overlap, -p.gap);
@@ -185,8 +185,8 @@ struct FrictionRegion {
   double cosine, sine;  // of Elongation
 };
 
-inline FrictionRegion friction_region(const Patch& patch) {
-  return {plain(patch.normal), patch.torsion_radius, patch.elongation.cosine,
+inline FrictionRegion friction_region(const ContactPatch& patch) {
+  return {to_vec(patch.normal), patch.torsion_radius, patch.elongation.cosine,
           patch.elongation.sine};
 }
 
@@ -341,12 +341,12 @@ struct Wrench {
 }
 
 // Elastic-plastic rolling spring, N m/rad (after Wensrich and Katterfeld, Powder Technology 2012).
-inline double rolling_stiffness(const PairLaw& law) {
+inline double rolling_stiffness(const PairCoefficients& law) {
   return 2.25 * law.stiffness * law.rolling_limit * law.rolling_limit;
 }
 
 // Advances the rolling moment (on a). Returns the work that it takes from the bodies, J.
-inline double advance_rolling(const PairLaw& law, const Patch& patch, Vec3& rolling,
+inline double advance_rolling(const PairCoefficients& law, const ContactPatch& patch, Vec3& rolling,
                               const Vec3& angular_velocity, double dt) {
   const Vec3 across = angular_velocity - patch.normal * angular_velocity.dot(patch.normal);
   const Vec3 before = rolling;
@@ -361,7 +361,7 @@ inline double advance_rolling(const PairLaw& law, const Patch& patch, Vec3& roll
 // points of the patch. The other force is proportional to the overlap, with the stiffness of the
 // point. The sum therefore does not depend on the number of points. Both are functions of the
 // overlap alone and have a negative potential.
-inline double sum_of_fractions(const Patch& patch, const ContactPoint* points) {
+inline double sum_of_fractions(const ContactPatch& patch, const ContactPoint* points) {
   double sum = 0;
   for (std::uint32_t i = 0; i < patch.point_count; ++i) sum += points[i].stiffness_fraction;
   return sum;
@@ -370,7 +370,8 @@ struct Adhesion {
   double force, potential;  // N, J
 };
 // Of one point at this gap; `sum` is that of the shares.
-inline Adhesion adhesion_of(const PairLaw& law, const ContactPoint& point, double gap, double sum) {
+inline Adhesion adhesion_of(const PairCoefficients& law, const ContactPoint& point, double gap,
+                            double sum) {
   const double overlap = std::max(0.0, -gap);
   const double constant =
       overlap > 0 && sum > 0 ? law.adhesion_force * point.stiffness_fraction / sum : 0;
@@ -379,13 +380,13 @@ inline Adhesion adhesion_of(const PairLaw& law, const ContactPoint& point, doubl
 }
 // Of the whole patch after its points have been advanced: force, sum of force times offset, and the
 // work that it takes from the bodies, below zero as they come together. `overlap` is not computed.
-inline NormalLoad adhesion_of(const PairLaw& law, const Patch& patch, const ContactPoint* points,
-                              const PatchMotion& motion) {
+inline NormalLoad adhesion_of(const PairCoefficients& law, const ContactPatch& patch,
+                              const ContactPoint* points, const PatchMotion& motion) {
   NormalLoad out;
   const double sum = sum_of_fractions(patch, points);
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     const ContactPoint& p = points[i];
-    const Vec offset = plain(p.offset);
+    const Vec offset = to_vec(p.offset);
     const double ds = closing_of(motion, p);
     const double force = adhesion_of(law, p, p.gap, sum).force;
     out.force += force;
@@ -396,10 +397,11 @@ inline NormalLoad adhesion_of(const PairLaw& law, const Patch& patch, const Cont
 }
 
 // J, recoverable from the normal springs of a patch.
-inline double spring_energy(const PairLaw& law, const Patch& patch, const ContactPoint* points) {
+inline double spring_energy(const PairCoefficients& law, const ContactPatch& patch,
+                            const ContactPoint* points) {
   double energy = 0;
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
-    const double ku = law.stiffness * points[i].stiffness_fraction * law.unloading_ratio;
+    const double ku = law.stiffness * points[i].stiffness_fraction * law.unloading_stiffness_ratio;
     if (ku > 0) energy += 0.5 * points[i].force * points[i].force / ku;
   }
   return energy;
@@ -409,8 +411,8 @@ inline double spring_energy(const PairLaw& law, const Patch& patch, const Contac
 struct StoredEnergy {
   double normal = 0, friction = 0;
 };
-inline StoredEnergy stored_energy(const PairLaw& law, const Patch& patch, const Vec3& rolling,
-                                  const ContactPoint* points) {
+inline StoredEnergy stored_energy(const PairCoefficients& law, const ContactPatch& patch,
+                                  const Vec3& rolling, const ContactPoint* points) {
   StoredEnergy e;
   e.normal = spring_energy(law, patch, points);
   const double kt = law.tangential_stiffness;

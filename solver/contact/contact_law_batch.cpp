@@ -9,8 +9,8 @@ namespace {
 
 // Four rows, from wherever they lie, turned into columns.
 template <class RowOf>
-[[gnu::always_inline]] inline void gather_four(int k, const RowOf& row_of, Four& a, Four& b,
-                                               Four& c, Four& d) {
+[[gnu::always_inline]] inline void gather_four(int k, const RowOf& row_of, Simd4d& a, Simd4d& b,
+                                               Simd4d& c, Simd4d& d) {
   get(row_of(k), a);
   get(row_of(k + 1), b);
   get(row_of(k + 2), c);
@@ -22,17 +22,18 @@ using Two = double __attribute__((vector_size(16)));
 using TwoInMemory __attribute__((vector_size(16), aligned(8), may_alias)) = double;
 
 // Two neighboring numbers of each of four places: the first ones, and the second ones.
-[[gnu::always_inline]] inline void get_twos(const double* const* from, Four& first, Four& second) {
+[[gnu::always_inline]] inline void get_twos(const double* const* from, Simd4d& first,
+                                            Simd4d& second) {
   const auto two = [&](int k) { return Two(*reinterpret_cast<const TwoInMemory*>(from[k])); };
-  const Four even = __builtin_shufflevector(two(0), two(2), 0, 1, 2, 3);
-  const Four odd = __builtin_shufflevector(two(1), two(3), 0, 1, 2, 3);
+  const Simd4d even = __builtin_shufflevector(two(0), two(2), 0, 1, 2, 3);
+  const Simd4d odd = __builtin_shufflevector(two(1), two(3), 0, 1, 2, 3);
   first = __builtin_shufflevector(even, odd, 0, 4, 2, 6);
   second = __builtin_shufflevector(even, odd, 1, 5, 3, 7);
 }
-[[gnu::always_inline]] inline void put_twos(const Four& first, const Four& second,
+[[gnu::always_inline]] inline void put_twos(const Simd4d& first, const Simd4d& second,
                                             double* const* to) {
-  const Four even = __builtin_shufflevector(first, second, 0, 4, 2, 6);
-  const Four odd = __builtin_shufflevector(first, second, 1, 5, 3, 7);
+  const Simd4d even = __builtin_shufflevector(first, second, 0, 4, 2, 6);
+  const Simd4d odd = __builtin_shufflevector(first, second, 1, 5, 3, 7);
   *reinterpret_cast<TwoInMemory*>(to[0]) = __builtin_shufflevector(even, even, 0, 1);
   *reinterpret_cast<TwoInMemory*>(to[1]) = __builtin_shufflevector(odd, odd, 0, 1);
   *reinterpret_cast<TwoInMemory*>(to[2]) = __builtin_shufflevector(even, even, 2, 3);
@@ -48,7 +49,7 @@ void PatchBlock::advance(double dt) {
   compute_normal_forces();
   compute_friction(dt);
   for (int k = 0; k < count_; k += 4) scatter(k);
-  if (with_options_) add_options(dt);
+  if (with_rolling_or_adhesion_) add_rolling_and_adhesion(dt);
 }
 
 // Fills the columns behind the last patch, up to a multiple of four, with a padding patch.
@@ -63,7 +64,7 @@ void PatchBlock::pad() {
 
 template <class RowOf>
 void PatchBlock::Columns::gather(int k, const RowOf& row_of) {
-  Four a, b, c, d;
+  Simd4d a, b, c, d;
   gather_four(k, row_of, a, b, c, d);
   put(a, x + k);
   put(b, y + k);
@@ -73,7 +74,7 @@ void PatchBlock::Columns::gather(int k, const RowOf& row_of) {
 
 template <class RowOf>
 void PatchBlock::Columns::scatter(int k, const RowOf& row_of) const {
-  Four a, b, c, d;
+  Simd4d a, b, c, d;
   get(x + k, a);
   get(y + k, b);
   get(z + k, c);
@@ -128,13 +129,13 @@ namespace {
 
 // Four points of any patches, and what their patches and laws say of them, side by side.
 struct FourPoints {
-  Four tilt_x, tilt_y, tilt_z, closing;  // of PatchMotion
-  Four stiffness, ratio, floor;          // of PairLaw
-  Four gap_factor;                       // see PatchBlock
+  Simd4d tilt_x, tilt_y, tilt_z, closing;  // of PatchMotion
+  Simd4d stiffness, ratio, floor;          // of PairCoefficients
+  Simd4d gap_factor;                       // see PatchBlock
 };
 struct FourLoads {
-  Four x, y, z, force;  // N m, force times offset; N
-  Four overlap, work;   // m, J
+  Simd4d x, y, z, force;  // N m, force times offset; N
+  Simd4d overlap, work;   // m, J
 };
 
 // advance_points() for one point each.
@@ -145,14 +146,14 @@ struct FourLoads {
     gaps[i] = &points[i]->gap;
     forces[i] = &points[i]->force;
   }
-  Four x, y, z, gap, before, share;
+  Simd4d x, y, z, gap, before, share;
   gather_four(
       0, [&](int i) { return &points[i]->offset; }, x, y, z, gap);
   get_twos(forces, before, share);
-  const Four ds = in.closing + (x * in.tilt_x + y * in.tilt_y + z * in.tilt_z);
+  const Simd4d ds = in.closing + (x * in.tilt_x + y * in.tilt_y + z * in.tilt_z);
   gap -= in.gap_factor * ds;
-  const Four overlap = -gap, own = in.stiffness * share;
-  compute_normal_force(before, own, Four(own * in.ratio), in.floor, overlap, ds, out.force);
+  const Simd4d overlap = -gap, own = in.stiffness * share;
+  compute_normal_force(before, own, Simd4d(own * in.ratio), in.floor, overlap, ds, out.force);
   put_twos(gap, out.force, gaps);
   out.x = out.force * x;
   out.y = out.force * y;
@@ -164,7 +165,7 @@ struct FourLoads {
 }  // namespace
 
 void PatchBlock::compute_further_point(int k, ContactPoint& p) {
-  const Vec offset = plain(p.offset);
+  const Vec offset = to_vec(p.offset);
   const double ds = tilt_.w[k] + dot(offset, tilt_.vec(k));
   p.gap -= advance_gap_[k] * ds;
   const double before = p.force, own = spring_.x[k] * p.stiffness_fraction;
@@ -179,7 +180,7 @@ void PatchBlock::compute_further_point(int k, ContactPoint& p) {
 // fewer than half of the patches have, from one list: the processor would guess wrong how often a
 // loop over one, two or eight points is run.
 void PatchBlock::compute_normal_forces() {
-  Four deepest = {0, 0, 0, 0};
+  Simd4d deepest = {0, 0, 0, 0};
   for (int k = 0; k < count_; k += 4) compute_first_points(k, deepest);
   deepest_ = std::max(std::max(deepest[0], deepest[1]), std::max(deepest[2], deepest[3]));
   constexpr int kListed = 3;  // of a patch; faces rarely share more than four corners
@@ -202,7 +203,7 @@ void PatchBlock::compute_normal_forces() {
   }
 }
 
-void PatchBlock::compute_first_points(int k, Four& deepest) {
+void PatchBlock::compute_first_points(int k, Simd4d& deepest) {
   FourPoints in;
   FourLoads load;
   get(tilt_.x + k, in.tilt_x);
@@ -244,32 +245,32 @@ void PatchBlock::compute_friction(double dt) {
 }
 
 // Rolling resistance and adhesion.
-void PatchBlock::add_options(double dt) {
+void PatchBlock::add_rolling_and_adhesion(double dt) {
   for (int k = 0; k < count_; ++k) {
-    if (!law_[k]->is_plain) add_options(k, dt);
+    if (!law_[k]->has_only_base_law) add_rolling_and_adhesion(k, dt);
   }
 }
 
-void PatchBlock::add_options(int k, double dt) {
-  const PairLaw& law = *law_[k];
-  const Patch& patch = *patch_[k];
-  const auto add = [](const Vec& v, Quad& to) { to = {to.x + v.x, to.y + v.y, to.z + v.z, to.w}; };
+void PatchBlock::add_rolling_and_adhesion(int k, double dt) {
+  const PairCoefficients& law = *law_[k];
+  const ContactPatch& patch = *patch_[k];
+  const auto add = [](const Vec& v, Vec4& to) { to = {to.x + v.x, to.y + v.y, to.z + v.z, to.w}; };
   if (law.rolling_limit > 0) {
     Vec3& rolling = details_[patch_[k] - patches_].rolling;
     work_friction_[k] +=
-        advance_rolling(law, patch, rolling, eigen(plain(motion_[k].angular_velocity)), dt);
-    add(plain(rolling), moment_a_[k]);
-    add(-1.0 * plain(rolling), moment_b_[k]);
+        advance_rolling(law, patch, rolling, to_eigen(to_vec(motion_[k].angular_velocity)), dt);
+    add(to_vec(rolling), moment_a_[k]);
+    add(-1.0 * to_vec(rolling), moment_b_[k]);
   }
   if (law.adhesion_force > 0 || law.adhesion_fraction > 0) {
     const PatchMotion motion{tilt_.w[k], tilt_.vec(k), {}, 0};
     const NormalLoad pull = adhesion_of(law, patch, points_[k], motion);
     work_normal_[k] += pull.work;
-    const Vec normal = plain(patch.normal), force = pull.force * normal;
-    const Vec moment = cross(plain(patch.arm), force) - cross(normal, pull.offset_force);
+    const Vec normal = to_vec(patch.normal), force = pull.force * normal;
+    const Vec moment = cross(to_vec(patch.arm), force) - cross(normal, pull.offset_force);
     add(force, force_[k]);
     add(moment, moment_a_[k]);
-    add(-1.0 * (moment + cross(plain(motion_[k].apart), force)), moment_b_[k]);
+    add(-1.0 * (moment + cross(to_vec(motion_[k].apart), force)), moment_b_[k]);
   }
 }
 

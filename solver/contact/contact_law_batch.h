@@ -24,9 +24,9 @@ struct ActivePair {
 struct PatchLoad {
   std::int32_t a, b;   // bodies
   std::int32_t law;    // index into Workspace::laws
-  Quad force;          // N, on a (opposite on b); fourth: the normal force
-  Quad moment_a;       // N m, on a, about its center
-  Quad moment_b;       // N m, on b, about its center (origin)
+  Vec4 force;          // N, on a (opposite on b); fourth: the normal force
+  Vec4 moment_a;       // N m, on a, about its center
+  Vec4 moment_b;       // N m, on b, about its center (origin)
   double normal;       // N
   double work_normal;  // J taken from the bodies by normal forces
   double work_friction;
@@ -34,9 +34,9 @@ struct PatchLoad {
 
 // Relative motion of two bodies. The fourth components are unused.
 struct PairMotion {
-  Quad velocity;          // m/s, a's minus b's, of the points of both at the center of a
-  Quad angular_velocity;  // rad/s, a's minus b's
-  Quad apart;             // m, center of a minus center of b
+  Vec4 velocity;          // m/s, a's minus b's, of the points of both at the center of a
+  Vec4 angular_velocity;  // rad/s, a's minus b's
+  Vec4 apart;             // m, center of a minus center of b
 };
 
 class PatchBlock {
@@ -47,13 +47,13 @@ class PatchBlock {
 
   // The arrays that patches come from: `rolling` has a moment for each of `patches`. Bodies from
   // `first_boundary` on are boundaries.
-  PatchBlock(Patch* patches, PatchDetail* details, std::int32_t first_boundary)
+  PatchBlock(ContactPatch* patches, PatchDetail* details, std::int32_t first_boundary)
       : patches_(patches), details_(details), first_boundary_(first_boundary) {}
 
   // Adds a patch of a pair. Pair, law, patch and points must stay valid until the results of the
   // block have been read. Call while !full().
-  void add(const ActivePair& pair, const PairLaw& law, Patch& patch, ContactPoint* points,
-           const PairMotion& motion) {
+  void add(const ActivePair& pair, const PairCoefficients& law, ContactPatch& patch,
+           ContactPoint* points, const PairMotion& motion) {
     const int k = count_++;
     pair_[k] = &pair;
     law_[k] = &law;
@@ -62,7 +62,7 @@ class PatchBlock {
     copy_four(&motion.velocity, &motion_[k].velocity);
     copy_four(&motion.angular_velocity, &motion_[k].angular_velocity);
     copy_four(&motion.apart, &motion_[k].apart);
-    with_options_ |= !law.is_plain;
+    with_rolling_or_adhesion_ |= !law.has_only_base_law;
     at_boundary_[boundary_count_] = k;
     boundary_count_ += pair.b >= first_boundary_;
   }
@@ -70,7 +70,7 @@ class PatchBlock {
   int size() const { return count_; }
   void clear() {
     count_ = boundary_count_ = 0;
-    with_options_ = false;
+    with_rolling_or_adhesion_ = false;
   }
   std::span<const int> at_boundary() const {  // the patches at boundaries
     return {at_boundary_, static_cast<std::size_t>(boundary_count_)};
@@ -82,9 +82,9 @@ class PatchBlock {
   // Results of patch k after that.
   std::uint16_t local_a(int k) const { return pair_[k]->local_a; }
   std::uint16_t local_b(int k) const { return pair_[k]->local_b; }
-  const Quad& force(int k) const { return force_[k]; }
-  const Quad& moment_a(int k) const { return moment_a_[k]; }
-  const Quad& moment_b(int k) const { return moment_b_[k]; }
+  const Vec4& force(int k) const { return force_[k]; }
+  const Vec4& moment_a(int k) const { return moment_a_[k]; }
+  const Vec4& moment_b(int k) const { return moment_b_[k]; }
   double normal_force(int k) const { return normal_load_.w[k]; }
   double deepest() const { return deepest_; }  // m, largest overlap of all patches
   double overlap(int k) const {                // m, deepest point
@@ -121,29 +121,29 @@ class PatchBlock {
   void gather(int k);  // patches k to k + 3
   void compute_relative_motion(double dt);
   void compute_normal_forces();
-  void compute_first_points(int k, Four& deepest);
+  void compute_first_points(int k, Simd4d& deepest);
   [[gnu::always_inline]] inline void compute_further_point(int k, ContactPoint& p);  // of patch k
   void compute_friction(double dt);
   void scatter(int k);
-  [[gnu::noinline]] void add_options(double dt);
-  void add_options(int k, double dt);
+  [[gnu::noinline]] void add_rolling_and_adhesion(double dt);
+  void add_rolling_and_adhesion(int k, double dt);
 
-  Patch* patches_;
+  ContactPatch* patches_;
   PatchDetail* details_;
   std::int32_t first_boundary_;
   int count_ = 0, boundary_count_ = 0;
   double deepest_ = 0;
   const ActivePair* pair_[capacity];
-  const PairLaw* law_[capacity];
-  Patch* patch_[capacity];
+  const PairCoefficients* law_[capacity];
+  ContactPatch* patch_[capacity];
   ContactPoint* points_[capacity];
   int at_boundary_[capacity + 1];
-  bool with_options_ = false;   // a patch has rolling resistance or adhesion
-  Patch padding_patch_;         // completes a group of four,
-  ContactPoint padding_point_;  // and its point
+  bool with_rolling_or_adhesion_ = false;  // a patch has rolling resistance or adhesion
+  ContactPatch padding_patch_;             // completes a group of four,
+  ContactPoint padding_point_;             // and its point
   // Rows for exchange with the bodies, columns for the force law.
   PairMotion motion_[capacity];
-  Quad force_[capacity], moment_a_[capacity], moment_b_[capacity];
+  Vec4 force_[capacity], moment_a_[capacity], moment_b_[capacity];
   Columns normal_;      // and torsion
   Columns arm_;         // and torsion radius
   Columns tangential_;  // and normal force, afterwards
@@ -160,13 +160,15 @@ class PatchBlock {
       32) double advance_gap_[capacity];  // 1: gaps are advanced, 0: gaps are those of this instant
 };
 
-static_assert(offsetof(Patch, torsion) == offsetof(Patch, normal) + sizeof(Vec3) &&
-              offsetof(Patch, torsion_radius) == offsetof(Patch, arm) + sizeof(Vec3) &&
-              offsetof(Patch, normal_force) == offsetof(Patch, tangential) + sizeof(Vec3));
-static_assert(offsetof(PairLaw, minimum_unloading_ratio) ==
-                  offsetof(PairLaw, stiffness) + 2 * sizeof(double) &&
-              offsetof(PairLaw, restick_velocity) ==
-                  offsetof(PairLaw, tangential_stiffness) + 3 * sizeof(double));
+static_assert(offsetof(ContactPatch, torsion) == offsetof(ContactPatch, normal) + sizeof(Vec3) &&
+              offsetof(ContactPatch, torsion_radius) ==
+                  offsetof(ContactPatch, arm) + sizeof(Vec3) &&
+              offsetof(ContactPatch, normal_force) ==
+                  offsetof(ContactPatch, tangential) + sizeof(Vec3));
+static_assert(offsetof(PairCoefficients, minimum_unloading_ratio) ==
+                  offsetof(PairCoefficients, stiffness) + 2 * sizeof(double) &&
+              offsetof(PairCoefficients, restick_velocity) ==
+                  offsetof(PairCoefficients, tangential_stiffness) + 3 * sizeof(double));
 static_assert(offsetof(ContactPoint, gap) == offsetof(ContactPoint, offset) + sizeof(Vec3) &&
               offsetof(ContactPoint, force) == offsetof(ContactPoint, gap) + sizeof(double) &&
               offsetof(ContactPoint, stiffness_fraction) ==

@@ -17,7 +17,7 @@ bool is_same_plane(const ConvexPart::Face* a, const ConvexPart::Face* b, double 
 
 // Moves the mean of the points to `centroid` by weights that change linearly with the position.
 // Below this fraction of the extent, hull and faces have the same centroid but for rounding.
-void move_centroid(Region& r, const PlanePoint& centroid, double extent) {
+void move_centroid(ContactRegion& r, const PlanePoint& centroid, double extent) {
   constexpr double kSameCentroid = 1e-9, kLeastWeight = 0.05;
   double sum = 0, u = 0, v = 0;
   for (int i = 0; i < r.count; ++i) {
@@ -76,7 +76,7 @@ void merge_coplanar_contacts(std::span<const PartContact> all, std::span<const i
   double extent = 0;
   const std::vector<int> hull = hull_corners(places, extent);
   if (hull.size() < 3) return;
-  Region region(static_cast<int>(hull.size()), extent);
+  ContactRegion region(static_cast<int>(hull.size()), extent);
   for (const int c : hull) region.add(places[c], 0, 0);
   compute_polygon_weights(region);
   if (!(region.area > std::pow(kEdgeWidth * extent, 2))) return;

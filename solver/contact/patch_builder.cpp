@@ -121,8 +121,8 @@ void add_point(std::vector<ContactPoint>& points, std::size_t first, const Vec3&
 }
 
 // One patch of the contacts in group `g`, without history.
-void make_patch(const PatchInput& in, PatchScratch& scratch, int g, FoundPatches& out) {
-  Patch patch;
+void make_patch(const PatchInput& in, PatchScratch& scratch, int g, PatchBuffer& out) {
+  ContactPatch patch;
   PatchDetail detail;
   patch.first_point = static_cast<std::uint32_t>(out.points.size());
   const double shell = in.law.contact_margin;
@@ -199,7 +199,7 @@ void make_patch(const PatchInput& in, PatchScratch& scratch, int g, FoundPatches
 
 }  // namespace
 
-int build_patches(const PatchInput& in, PatchScratch& scratch, FoundPatches& out) {
+int build_patches(const PatchInput& in, PatchScratch& scratch, PatchBuffer& out) {
   out.clear();
   if (in.contacts.empty()) return 0;
   const int groups = group_contacts(in, scratch);
@@ -211,7 +211,7 @@ int build_patches(const PatchInput& in, PatchScratch& scratch, FoundPatches& out
   int deep = 0;
   for (std::size_t i = 0; i < out.patches.size(); ++i) {
     if (scratch.has_parent[i]) continue;
-    const Patch& patch = out.patches[i];
+    const ContactPatch& patch = out.patches[i];
     for (std::uint32_t k = 0; k < patch.point_count; ++k) {
       if (-out.points[patch.first_point + k].gap > in.law.late_overlap) {
         ++deep;

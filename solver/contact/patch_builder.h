@@ -22,12 +22,12 @@ struct PartContact {
 };
 
 struct PatchInput {
-  const PairLaw& law;
+  const PairCoefficients& law;
   const Mat3& rotation_a;  // body a's axes -> world
   std::span<const PartContact> contacts;
   std::span<const std::uint64_t> neighbors_a;  // [parts of a] masks of touching parts
   std::span<const std::uint64_t> neighbors_b;  // empty: a boundary, all parts are connected
-  std::span<const Patch> old_patches;          // of the same pair
+  std::span<const ContactPatch> old_patches;   // of the same pair
   const PatchDetail* old_details = nullptr;    // [old_patches]; their point indices refer to:
   const ContactPoint* old_points = nullptr;
   // Relative motion of a and b (a minus b), world axes, over the step that ends with these
@@ -47,8 +47,8 @@ struct PointMatch {
 };
 
 // Patches and points of a pair found by one contact search, before they are stored.
-struct FoundPatches {
-  std::vector<Patch> patches;
+struct PatchBuffer {
+  std::vector<ContactPatch> patches;
   std::vector<PatchDetail> details;  // [patches]
   std::vector<ContactPoint> points;
   void clear() {
@@ -72,6 +72,6 @@ struct PatchScratch {
 
 // Fills `out` with patches whose point indices count from 0. Returns the number of late contacts:
 // patches without a parent whose overlap exceeds law.late_overlap.
-int build_patches(const PatchInput& input, PatchScratch& scratch, FoundPatches& out);
+int build_patches(const PatchInput& input, PatchScratch& scratch, PatchBuffer& out);
 
 }  // namespace firn

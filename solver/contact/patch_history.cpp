@@ -11,7 +11,7 @@ constexpr double kSameHistory = 0.7;  // cosine: a patch may inherit from an old
 
 // True when `fresh` is at the position of `old`: same or neighboring parts on both bodies, similar
 // normals.
-bool inherits(const PatchInput& in, const Patch& old, const Patch& fresh) {
+bool can_inherit_history(const PatchInput& in, const ContactPatch& old, const ContactPatch& fresh) {
   if (old.normal.dot(fresh.normal) < kSameHistory) return false;
   const auto dilated = [](std::uint64_t parts, std::span<const std::uint64_t> neighbors) {
     std::uint64_t all = parts;
@@ -24,19 +24,19 @@ bool inherits(const PatchInput& in, const Patch& old, const Patch& fresh) {
 }
 
 // Relative motion of the bodies at a patch in this step.
-PatchMotion motion_at(const PatchInput& in, const Patch& patch, const Vec3& velocity) {
-  return patch_motion(plain(patch.normal), plain(velocity + in.angular_velocity.cross(patch.arm)),
-                      plain(in.angular_velocity), in.dt);
+PatchMotion motion_at(const PatchInput& in, const ContactPatch& patch, const Vec3& velocity) {
+  return patch_motion(to_vec(patch.normal), to_vec(velocity + in.angular_velocity.cross(patch.arm)),
+                      to_vec(in.angular_velocity), in.dt);
 }
 
 // m, overlap of a point before the approach of this step.
 double overlap_before(const ContactPoint& point, const PatchMotion& motion) {
-  return std::max(0.0, -point.gap - motion.closing - dot(plain(point.offset), motion.tilt));
+  return std::max(0.0, -point.gap - motion.closing - dot(to_vec(point.offset), motion.tilt));
 }
 
 // J, work of the forces of an old patch over the approach of this step, at the arms of the step
 // before.
-double work_of_step(const PatchInput& in, const Patch& old) {
+double work_of_step(const PatchInput& in, const ContactPatch& old) {
   const PatchMotion motion = motion_at(in, old, in.velocity_before);
   const ContactPoint* points = in.old_points + old.first_point;
   double work = 0;
@@ -46,7 +46,7 @@ double work_of_step(const PatchInput& in, const Patch& old) {
 }
 
 // Records for each point of `fresh` the nearest point of `old`, unless a nearer one is recorded.
-void match_points(const PatchInput& in, const Patch& old, const Patch& fresh,
+void match_points(const PatchInput& in, const ContactPatch& old, const ContactPatch& fresh,
                   const ContactPoint* points, PointMatch* matches) {
   constexpr double kLoaded =
       0.01;  // of the loading line: points with less keep no stiffness fraction
@@ -76,7 +76,7 @@ double next_fraction(const ContactPoint& point, const PointMatch& match) {
 
 // Energy that a patch can store, as a fraction of that of the whole stiffness at the contact
 // margin.
-double capacity(const PatchInput& in, const Patch& patch, const ContactPoint* points,
+double capacity(const PatchInput& in, const ContactPatch& patch, const ContactPoint* points,
                 const PointMatch* matches) {
   const PatchMotion motion = motion_at(in, patch, in.velocity);
   double sum = 0;
@@ -92,13 +92,13 @@ double capacity(const PatchInput& in, const Patch& patch, const ContactPoint* po
 // of its loading line as the point that it matches, times one factor. Where the loading line would
 // be exceeded, stiffness fractions are scaled; then `energy` is met and `force` is not. `work` (J):
 // of the old forces in this step.
-void load_points(const PatchInput& in, double energy, double force, double work, Patch& patch,
-                 ContactPoint* points, PointMatch* matches) {
+void load_points(const PatchInput& in, double energy, double force, double work,
+                 ContactPatch& patch, ContactPoint* points, PointMatch* matches) {
   constexpr double kMostShare = 4;  // a stiffer point needs a shorter time step
   constexpr double kLeastScale =
       0.25;  // of the nominal stiffness; a softer one has too large an overlap
   constexpr double kMostCorrection = 0.1;
-  const PairLaw& law = in.law;
+  const PairCoefficients& law = in.law;
   const PatchMotion motion = motion_at(in, patch, in.velocity);
   double nominal = 0, before = 0, first = 0, second = 0, done = 0, most = 0, largest = 0;
   double change_from = 0, change_to = 0;
@@ -134,7 +134,7 @@ void load_points(const PatchInput& in, double energy, double force, double work,
   const double limit = std::max(least, std::min(kMostShare / largest, range));
   double factor = 0, scale = 0;
   const auto solve = [&](double stored) {
-    const double twice = 2 * stored * law.unloading_ratio;
+    const double twice = 2 * stored * law.unloading_stiffness_ratio;
     factor = std::min(1 / most, twice * first / (force * second));
     const double wanted = twice / (factor * factor * law.stiffness * second);
     scale = std::clamp(wanted, least, limit);
@@ -144,7 +144,8 @@ void load_points(const PatchInput& in, double energy, double force, double work,
   solve(energy);
   // The first half of this step's work was done along the old normal at the old arms. Of work on
   // the loading line, a part of 1 / unloading_ratio is recoverable.
-  const double taken = 0.5 * (work - factor * scale * law.stiffness * done) / law.unloading_ratio;
+  const double taken =
+      0.5 * (work - factor * scale * law.stiffness * done) / law.unloading_stiffness_ratio;
   solve(energy + std::clamp(taken, -kMostCorrection * energy, kMostCorrection * energy));
   patch.normal_force = 0;
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
@@ -167,18 +168,20 @@ Vec3 rotated_into_plane(const Vec3& t, const Vec3& normal) {
 
 }  // namespace
 
-void transfer_history(const PatchInput& in, PatchScratch& scratch, FoundPatches& out) {
-  const auto points_of = [&](const Patch& p) { return out.points.data() + p.first_point; };
-  const auto matches_of = [&](const Patch& p) { return scratch.matches.data() + p.first_point; };
+void transfer_history(const PatchInput& in, PatchScratch& scratch, PatchBuffer& out) {
+  const auto points_of = [&](const ContactPatch& p) { return out.points.data() + p.first_point; };
+  const auto matches_of = [&](const ContactPatch& p) {
+    return scratch.matches.data() + p.first_point;
+  };
   scratch.matches.assign(out.points.size(), PointMatch{});
   scratch.energy.assign(out.patches.size(), 0.0);
   scratch.work.assign(out.patches.size(), 0.0);
   for (std::size_t o = 0; o < in.old_patches.size(); ++o) {
-    const Patch& old = in.old_patches[o];
+    const ContactPatch& old = in.old_patches[o];
     if (old.normal_force <= 0) {
       // Without load within the contact margin: a contact here was detected before it touched.
       for (std::size_t i = 0; i < out.patches.size(); ++i) {
-        if (inherits(in, old, out.patches[i])) scratch.has_parent[i] = 1;
+        if (can_inherit_history(in, old, out.patches[i])) scratch.has_parent[i] = 1;
       }
       continue;
     }
@@ -186,8 +189,8 @@ void transfer_history(const PatchInput& in, PatchScratch& scratch, FoundPatches&
     scratch.capacity.assign(out.patches.size(), 0.0);
     double all = 0;
     for (std::size_t i = 0; i < out.patches.size(); ++i) {
-      const Patch& fresh = out.patches[i];
-      if (!inherits(in, old, fresh)) continue;
+      const ContactPatch& fresh = out.patches[i];
+      if (!can_inherit_history(in, old, fresh)) continue;
       match_points(in, old, fresh, points_of(fresh), matches_of(fresh));
       scratch.capacity[i] =
           out.patches.size() == 1 ? 1.0 : capacity(in, fresh, points_of(fresh), matches_of(fresh));
@@ -197,8 +200,8 @@ void transfer_history(const PatchInput& in, PatchScratch& scratch, FoundPatches&
     const double energy = spring_energy(in.law, old, in.old_points + old.first_point);
     const double work = work_of_step(in, old);
     for (std::size_t i = 0; i < out.patches.size(); ++i) {
-      Patch& fresh = out.patches[i];
-      if (!inherits(in, old, fresh)) continue;
+      ContactPatch& fresh = out.patches[i];
+      if (!can_inherit_history(in, old, fresh)) continue;
       const double f = scratch.capacity[i] / all;
       scratch.energy[i] += f * energy;
       scratch.work[i] += f * work;
@@ -214,7 +217,7 @@ void transfer_history(const PatchInput& in, PatchScratch& scratch, FoundPatches&
     }
   }
   for (std::size_t i = 0; i < out.patches.size(); ++i) {
-    Patch& fresh = out.patches[i];
+    ContactPatch& fresh = out.patches[i];
     if (!(fresh.normal_force > 0)) continue;
     load_points(in, scratch.energy[i], fresh.normal_force, scratch.work[i], fresh, points_of(fresh),
                 matches_of(fresh));

@@ -10,6 +10,6 @@ namespace firn {
 // scratch.has_parent the new patches with an old one. The state of an old patch is divided among
 // its new patches in proportion to the energy that each can store. A new patch gets the sum over
 // its old patches. Normal force and recoverable energy of the pair are continuous.
-void transfer_history(const PatchInput& input, PatchScratch& scratch, FoundPatches& out);
+void transfer_history(const PatchInput& input, PatchScratch& scratch, PatchBuffer& out);
 
 }  // namespace firn

@@ -58,11 +58,12 @@ std::vector<int> morton_order(const Model& model, const Workspace& w, const Stat
   fetch(&s.margin[i]);
 }
 
-double& lane(Quad& q, std::size_t k) { return (&q.x)[k]; }
+double& lane(Vec4& q, std::size_t k) { return (&q.x)[k]; }
 
 // The squared distances of a point from four centers.
-[[gnu::always_inline]] inline void square_distances(const SphereGroup& g, const Vec& p, Four& out) {
-  Four x, y, z;
+[[gnu::always_inline]] inline void square_distances(const SphereGroup& g, const Vec& p,
+                                                    Simd4d& out) {
+  Simd4d x, y, z;
   get(&g.x, x);
   get(&g.y, y);
   get(&g.z, z);
@@ -135,14 +136,14 @@ int find_close_parts(std::span<const SphereGroup> a, std::span<const SphereGroup
   // Branch-free: the outcome is unpredictable.
   constexpr std::uint32_t kSize = SphereGroup::size;
   const double all_of_b = reach + margins + kRounding;
-  const Vec center_b = plain(center);
+  const Vec center_b = to_vec(center);
   int count = 0;
-  Four distance, radius;
+  Simd4d distance, radius;
   for (std::uint32_t g = 0; g < a.size(); ++g) {
     square_distances(a[g], center_b, distance);
     get(&a[g].radius, radius);
     radius += all_of_b;
-    const unsigned near = bits_of(distance <= radius * radius);
+    const unsigned near = movemask(distance <= radius * radius);
     std::uint32_t of_a[kSize + 1];
     std::uint32_t many = 0;
     for (std::uint32_t k = 0; k < kSize; ++k) {
@@ -157,7 +158,7 @@ int find_close_parts(std::span<const SphereGroup> a, std::span<const SphereGroup
         square_distances(b[h], center_a, distance);
         get(&b[h].radius, radius);
         radius = (radius_a + radius) + margins;
-        const unsigned meet = bits_of(distance < radius * radius);
+        const unsigned meet = movemask(distance < radius * radius);
         for (std::uint32_t l = 0; l < kSize; ++l) {
           found[count] = {kSize * g + k, kSize * h + l};
           count += meet >> l & 1;

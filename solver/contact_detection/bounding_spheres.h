@@ -18,14 +18,14 @@ inline constexpr double kRounding = 1e-9;
 // infinity, which are close to nothing.
 struct SphereGroup {
   static constexpr int size = 4;
-  Quad x, y, z, radius;  // m, world
+  Vec4 x, y, z, radius;  // m, world
 };
 
 struct BoundingSpheres {
   std::vector<int> particle;       // [present] ids, along a curve through space
   std::vector<std::size_t> first;  // [present + 1] into groups
   std::vector<SphereGroup> groups;
-  std::vector<Quad> places;   // [present] m, world, center of mass, and the margin
+  std::vector<Vec4> places;   // [present] m, world, center of mass, and the margin
   std::vector<Aabb> boxes;    // [present] m, world, of all spheres with the margin around
   std::vector<double> reach;  // [shapes] m, of all spheres from the center of mass
 

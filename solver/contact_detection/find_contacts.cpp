@@ -13,11 +13,11 @@ namespace firn {
 namespace {
 
 // The gap of two parts as of a query: how long they may be left alone, m.
-double slack(double gap, const PairLaw& law) {
+double slack(double gap, const PairCoefficients& law) {
   return std::max(gap - law.contact_margin, law.contact_update_distance);
 }
 
-double deepest(const FoundPatches& found) {
+double deepest(const PatchBuffer& found) {
   double gap = 0;
   for (const ContactPoint& p : found.points) gap = std::min(gap, p.gap);
   return -gap;
@@ -66,7 +66,7 @@ class ContactSearch {
   void search(const PairToTest& due, ContactSearchResult& out) {
     const Pair& pair = s_.pairs[due.pair];
     PairMotionBound& motion_bound = s_.motion_bound[due.pair];
-    const PairLaw& law = w_.laws[pair.law];
+    const PairCoefficients& law = w_.laws[pair.law];
     out.late_contacts = 0;
     out.tunnelled = false;
     const bool first_look = motion_bound.moved == 0 && motion_bound.need == 0;
@@ -103,11 +103,11 @@ class ContactSearch {
     const double left =
         w_.laws[pair.law].contact_update_distance -
         (s_.turn[pair.a] - motion_bound.reference_turn) * w_.reach[model_.particles[pair.a].shape];
-    return pick(pair.patch_count == 0, std::numeric_limits<double>::infinity(), left);
+    return select(pair.patch_count == 0, std::numeric_limits<double>::infinity(), left);
   }
 
   // Returns when the next part that does not touch must be queried, in the measure of `moved`.
-  double query(const Pair& pair, const Pose& pose, const PairLaw& law, double moved,
+  double query(const Pair& pair, const Pose& pose, const PairCoefficients& law, double moved,
                ContactSearchResult& out) {
     const Shape& shape_a = model_.shapes[model_.particles[pair.a].shape];
     const bool solids = pair.b < n_ || model_.boundaries[pair.b - n_].kind == Boundary::Kind::solid;
@@ -200,7 +200,7 @@ class ContactSearch {
       const bool is_due = (p.touching != 0) | (p.next_test_distance <= moved);
       due[many] = static_cast<std::uint32_t>(k);
       many += is_due;
-      need = std::min(pick(is_due, std::numeric_limits<double>::infinity(), p.next_test_distance),
+      need = std::min(select(is_due, std::numeric_limits<double>::infinity(), p.next_test_distance),
                       need);
     }
     due.resize(many);
@@ -241,10 +241,10 @@ void check_fault(const Model& model, const Workspace& w, const State& s,
 }
 
 // Stores what a look found in the pair's place.
-void store(const FoundPatches& f, Pair& pair, State& s) {
+void store(const PatchBuffer& f, Pair& pair, State& s) {
   const auto patches = static_cast<std::uint32_t>(f.patches.size());
   for (std::uint32_t k = 0; k < patches; ++k) {
-    Patch& patch = s.patches[pair.first_patch + k];
+    ContactPatch& patch = s.patches[pair.first_patch + k];
     patch = f.patches[k];
     patch.first_point += pair.first_point;
   }
@@ -253,12 +253,12 @@ void store(const FoundPatches& f, Pair& pair, State& s) {
   pair.patch_count = patches;
 }
 
-bool fits(const FoundPatches& f, const Pair& pair) {
+bool fits(const PatchBuffer& f, const Pair& pair) {
   return f.patches.size() <= pair.patch_capacity && f.points.size() <= pair.point_capacity;
 }
 
 // Gives a pair that has overflowed its place another one at the end.
-void reallocate_patches(const FoundPatches& f, Pair& pair, State& s) {
+void reallocate_patches(const PatchBuffer& f, Pair& pair, State& s) {
   const auto patches = static_cast<std::uint32_t>(f.patches.size());
   const auto points = static_cast<std::uint32_t>(f.points.size());
   if (patches > pair.patch_capacity) {
@@ -303,24 +303,24 @@ void reallocate_patches(const FoundPatches& f, Pair& pair, State& s) {
 
 // Finds the pairs of range `r` that are due. What the next range, if it is this task's, will read
 // for that is fetched meanwhile: so little is done with it that one would only wait for it.
-void find_due_pairs(const Workspace& w, const State& s, std::size_t r, const PairRange* next,
+void find_due_pairs(const Workspace& w, const State& s, std::size_t r, const PairBlock* next,
                     std::vector<std::uint32_t>& out) {
-  const PairRange& range = w.ranges[r];
-  const std::size_t begin = r * kPairsOfRange;
-  const std::size_t end = std::min(s.pairs.size(), begin + kPairsOfRange);
+  const PairBlock& range = w.ranges[r];
+  const std::size_t begin = r * kPairsPerBlock;
+  const std::size_t end = std::min(s.pairs.size(), begin + kPairsPerBlock);
   // Every body is in some seven pairs: its way is fetched from afar once.
-  double path[2 * kPairsOfRange];
+  double path[2 * kPairsPerBlock];
   for (std::size_t k = 0; k < range.bodies.size(); ++k) path[k] = s.path[range.bodies[k]];
   if (next) fetch(next->bodies.data(), next->bodies.size());
-  std::uint32_t due[kPairsOfRange];
+  std::uint32_t due[kPairsPerBlock];
   std::size_t many = 0;
   constexpr std::size_t kSome = 16;
   std::size_t body = 0;
   for (std::size_t from = begin; from < end; from += kSome) {
     if (next) {
-      fetch(s.next_test_distance.data() + from + kPairsOfRange, kSome);
+      fetch(s.next_test_distance.data() + from + kPairsPerBlock, kSome);
       fetch(next->locals.data() + (from - begin), kSome);
-      for (; body < next->bodies.size() * (from - begin) / kPairsOfRange; ++body)
+      for (; body < next->bodies.size() * (from - begin) / kPairsPerBlock; ++body)
         fetch(&s.path[next->bodies[body]]);
     }
     // Branch-free: the outcome is unpredictable.
@@ -362,7 +362,7 @@ class PairPrefetcher {
         due_(scratch.next_due),
         some_(due_.size() / std::max<std::size_t>(scratch.searched.size(), 1) + 1) {}
 
-  void fetch_some() {
+  void advance() {
     for (; bodies_ < pairs_; ++bodies_) fetch_bodies(model_, s_, due_[bodies_]);
     const std::size_t stop = std::min(pairs_ + some_, due_.size());
     for (; pairs_ < stop; ++pairs_) fetch_pair(s_, due_[pairs_]);
@@ -376,7 +376,7 @@ class PairPrefetcher {
 };
 
 // Searches the contacts of those of a range's pairs that have moved enough.
-void search_range(const Model& model, State& s, PairRange& range, TaskScratch& scratch,
+void search_range(const Model& model, State& s, PairBlock& range, TaskScratch& scratch,
                   ContactSearch& contact_search) {
   range.refreshed.clear();
   range.overflowed.clear();
@@ -391,7 +391,7 @@ void search_range(const Model& model, State& s, PairRange& range, TaskScratch& s
   ContactSearchResult& search = scratch.search;
   for (std::size_t k = 0; k < searched.size(); ++k) {
     if (k + kAhead < searched.size()) fetch_contacts(s, searched[k + kAhead].pair);
-    looks_ahead.fetch_some();
+    looks_ahead.advance();
     const std::uint32_t p = searched[k].pair;
     contact_search.search(searched[k], search);
     Pair& pair = s.pairs[p];
@@ -419,7 +419,7 @@ void search_range(const Model& model, State& s, PairRange& range, TaskScratch& s
 // The ranges [first, last) of one task.
 void search_ranges(const Model& model, Workspace& w, State& s, std::size_t first,
                    std::size_t last) {
-  TaskScratch& scratch = w.scratch[first / w.ranges_of_task];
+  TaskScratch& scratch = w.scratch[first / w.blocks_per_task];
   ContactSearch search(model, w, s, scratch);
   const auto find_due_of = [&](std::size_t r, std::vector<std::uint32_t>& due) {
     due.clear();
@@ -440,10 +440,10 @@ void compact_patches(int threads, NeighborListBuffers& spare, State& s) {
   struct Sizes {
     std::size_t patches = 0, points = 0;
   };
-  const std::size_t pairs = s.pairs.size(), ranges = (pairs + kPairsOfRange - 1) / kPairsOfRange;
+  const std::size_t pairs = s.pairs.size(), ranges = (pairs + kPairsPerBlock - 1) / kPairsPerBlock;
   std::vector<Sizes> first(ranges + 1);
-  parallel_for_blocks(threads, pairs, kPairsOfRange, [&](std::size_t begin, std::size_t end) {
-    Sizes& size = first[begin / kPairsOfRange + 1];
+  parallel_for_blocks(threads, pairs, kPairsPerBlock, [&](std::size_t begin, std::size_t end) {
+    Sizes& size = first[begin / kPairsPerBlock + 1];
     for (std::size_t p = begin; p < end; ++p) {
       size.patches += s.pairs[p].patch_count;
       size.points += static_cast<std::size_t>(points_of(s.pairs[p], s));
@@ -456,8 +456,8 @@ void compact_patches(int threads, NeighborListBuffers& spare, State& s) {
   resize_discarding(spare.patches, first.back().patches);
   resize_discarding(spare.patch_details, first.back().patches);
   resize_discarding(spare.points, first.back().points);
-  parallel_for_blocks(threads, pairs, kPairsOfRange, [&](std::size_t begin, std::size_t end) {
-    Sizes at = first[begin / kPairsOfRange];
+  parallel_for_blocks(threads, pairs, kPairsPerBlock, [&](std::size_t begin, std::size_t end) {
+    Sizes at = first[begin / kPairsPerBlock];
     for (std::size_t p = begin; p < end; ++p)
       copy_contacts(s, s.pairs[p], s.pairs[p], spare, at.patches, at.points);
   });
@@ -477,11 +477,11 @@ bool needs_compaction(const Workspace& w, const State& s) {
 void find_contacts(const Model& model, Workspace& w, State& s) {
   if (w.neighbor_list_rebuilt) build_pair_blocks(model, w, s);
   parallel_for_blocks(
-      w.threads, w.ranges.size(), w.ranges_of_task,
+      w.threads, w.ranges.size(), w.blocks_per_task,
       [&](std::size_t first, std::size_t last) { search_ranges(model, w, s, first, last); },
       &w.pair_shares);
   // What must go in order: room at the end, and counts.
-  for (PairRange& range : w.ranges) {
+  for (PairBlock& range : w.ranges) {
     s.diagnostics.queries += range.queries;
     s.diagnostics.contact_searches += range.contact_searches;
     // Overlaps of the initial state are given, not detected late.
@@ -496,13 +496,13 @@ void find_contacts(const Model& model, Workspace& w, State& s) {
       refreshed = active_pair(range, s, refreshed.pair);
     }
   }
-  for (const PairRange& range : w.ranges) {
+  for (const PairBlock& range : w.ranges) {
     for (const ContactFault& fault : range.contact_faults) check_fault(model, w, s, fault);
   }
   w.points_moved = needs_compaction(w, s);
   if (w.points_moved) {
     compact_patches(w.threads, w.back_buffer, s);
-    for (PairRange& range : w.ranges) range.active_is_stale = true;
+    for (PairBlock& range : w.ranges) range.active_is_stale = true;
   }
 }
 

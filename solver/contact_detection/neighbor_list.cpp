@@ -49,14 +49,14 @@ class PreviousPairs {
     const auto add_one = [&](std::uint32_t& x) {
       return threads > 1 ? std::atomic_ref(x).fetch_add(1, std::memory_order_relaxed) : x++;
     };
-    parallel_for_blocks(threads, pairs.size(), kPairsOfRange,
+    parallel_for_blocks(threads, pairs.size(), kPairsPerBlock,
                         [&](std::size_t begin, std::size_t end) {
                           for (std::size_t k = begin; k < end; ++k) add_one(first_[pairs[k].a + 1]);
                         });
     for (std::size_t i = 0; i < bodies; ++i) first_[i + 1] += first_[i];
     std::vector<std::uint32_t> filled(first_.begin(), first_.end() - 1);
     parallel_for_blocks(
-        threads, pairs.size(), kPairsOfRange, [&](std::size_t begin, std::size_t end) {
+        threads, pairs.size(), kPairsPerBlock, [&](std::size_t begin, std::size_t end) {
           for (std::size_t k = begin; k < end; ++k)
             partners_[add_one(filled[pairs[k].a])] = {pairs[k].b, static_cast<std::uint32_t>(k)};
         });
@@ -151,7 +151,7 @@ class PairFinder {
     const std::size_t room =
         model_.shapes[shape_a].parts.size() * model_.shapes[shape_b].parts.size();
     parts_.resize(std::max(parts_.size(), room + SphereGroup::size));
-    const Quad &of_a = spheres_.places[i], &of_b = spheres_.places[j];
+    const Vec4 &of_a = spheres_.places[i], &of_b = spheres_.places[j];
     const int count = find_close_parts(spheres_.of(i), spheres_.of(j), {of_b.x, of_b.y, of_b.z},
                                        spheres_.reach[shape_b], of_a.w + of_b.w, parts_.data());
     add(a, b, w_.law_index(shape_a, shape_b), {parts_.data(), static_cast<std::size_t>(count)});

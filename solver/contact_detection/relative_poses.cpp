@@ -19,7 +19,7 @@ static_assert(offsetof(PairMotionBound, reference_rotation) == 0 &&
   const auto rows = [&](std::ptrdiff_t first, Columns4 & columns) __attribute__((always_inline)) {
     gather(
         pairs,
-        [&](std::size_t p, Four& row) {
+        [&](std::size_t p, Simd4d& row) {
           get(reinterpret_cast<const double*>(&s.motion_bound[p]) + first, row);
         },
         columns);
@@ -38,10 +38,10 @@ void PairPoses::find(const State& s, const std::uint32_t* numbers, int count) {
     a[k] = static_cast<std::size_t>(s.pairs[pairs[k]].a);
     b[k] = static_cast<std::size_t>(s.pairs[pairs[k]].b);
   }
-  const auto orientation = [&](std::size_t i, Four& row) {
+  const auto orientation = [&](std::size_t i, Simd4d& row) {
     get(s.orientation[i].coeffs().data(), row);
   };
-  const auto position = [&](std::size_t i, Four& row) { get(&s.motion[i].position, row); };
+  const auto position = [&](std::size_t i, Simd4d& row) { get(&s.motion[i].position, row); };
   Columns4 q, from, to;
   gather(a, orientation, q);
   const Rotations rotation_a(q);
@@ -66,17 +66,17 @@ void PairPoses::find(const State& s, const std::uint32_t* numbers, int count) {
 
   References then;
   gather_references(s, pairs, then);
-  const Lanes* const reference[9] = {
+  const Simd8d* const reference[9] = {
       &then.rotation_0_to_3.x, &then.rotation_0_to_3.y, &then.rotation_0_to_3.z,
       &then.rotation_0_to_3.w, &then.rotation_4_to_7.x, &then.rotation_4_to_7.y,
       &then.rotation_4_to_7.z, &then.rotation_4_to_7.w, &then.rotation_8_translation.x};
-  Lanes turned(0.0);
+  Simd8d turned(0.0);
   for (int k = 0; k < 9; ++k) {
-    const Lanes d = rotation_[k] - *reference[k];
+    const Simd8d d = rotation_[k] - *reference[k];
     turned = turned + d * d;
   }
   // The operator norm of a difference of two rotations is its Frobenius norm over sqrt(2).
-  turn_ = root(0.5 * turned);
+  turn_ = square_root(0.5 * turned);
   shift_ = norm(translation_[0] - then.rotation_8_translation.y,
                 translation_[1] - then.rotation_8_translation.z,
                 translation_[2] - then.rotation_8_translation.w);

@@ -9,7 +9,7 @@ namespace firn {
 // Bit-identical to relative_pose() for each pair.
 class PairPoses {
  public:
-  static constexpr int capacity = Lanes::size;
+  static constexpr int capacity = Simd8d::size;
 
   // Computes the poses of the pairs numbers[0] to numbers[count - 1] of a state; `count` is 1 to
   // `capacity`.
@@ -23,8 +23,8 @@ class PairPoses {
   double turn(int k) const { return turn_[k]; }
 
  private:
-  Lanes rotation_[9], translation_[3];  // column by column
-  Lanes shift_, turn_;
+  Simd8d rotation_[9], translation_[3];  // column by column
+  Simd8d shift_, turn_;
 };
 
 }  // namespace firn

@@ -72,7 +72,7 @@ Pose TunnelingGuard::pose_before(double seconds) const {
 // The masks of a patch repeat after 64 parts, as many as a boundary with more may have. True when a
 // patch that may be of this part lies on it: one of its points is within the part, but for half the
 // gap there and the way of a step.
-bool TunnelingGuard::lies_on(const Patch& patch, const ConvexPart& b) const {
+bool TunnelingGuard::covers_part(const ContactPatch& patch, const ConvexPart& b) const {
   const State& s = in_.state;
   const Mat3 axes = rotation_of(s, in_.pair.b);
   const Vec3 place = s.motion[in_.pair.a].position + patch.arm - s.motion[in_.pair.b].position;
@@ -93,7 +93,8 @@ bool TunnelingGuard::lies_on(const Patch& patch, const ConvexPart& b) const {
 // Calls visit(patch) for those of the last look that bear a force on the same parts, or on their
 // neighbors too.
 template <class Visit>
-void TunnelingGuard::for_patches(const PartPair& parts, bool neighbors, const Visit& visit) const {
+void TunnelingGuard::for_each_patch(const PartPair& parts, bool neighbors,
+                                    const Visit& visit) const {
   const auto& [model, w, s, pair] = in_;
   const int n = static_cast<int>(model.particles.size());
   std::uint64_t mask_a = bit(parts.a), mask_b = bit(parts.b);
@@ -105,19 +106,19 @@ void TunnelingGuard::for_patches(const PartPair& parts, bool neighbors, const Vi
     ambiguous = false;
   }
   for (std::uint32_t k = pair.first_patch; k < pair.first_patch + pair.patch_count; ++k) {
-    const Patch& patch = s.patches[k];
+    const ContactPatch& patch = s.patches[k];
     if (!(patch.normal_force > 0) || !(patch.parts_a & mask_a) || !(patch.parts_b & mask_b)) {
       continue;
     }
-    if (!ambiguous || lies_on(patch, part_b(parts.b))) visit(patch);
+    if (!ambiguous || covers_part(patch, part_b(parts.b))) visit(patch);
   }
 }
 
 // The one of these patches whose normal is nearest to `normal` (world); null without any.
-const Patch* TunnelingGuard::nearest(const PartPair& parts, bool neighbors,
-                                     const Vec3& normal) const {
-  const Patch* best = nullptr;
-  for_patches(parts, neighbors, [&](const Patch& patch) {
+const ContactPatch* TunnelingGuard::nearest(const PartPair& parts, bool neighbors,
+                                            const Vec3& normal) const {
+  const ContactPatch* best = nullptr;
+  for_each_patch(parts, neighbors, [&](const ContactPatch& patch) {
     if (!best || patch.normal.dot(normal) > best->normal.dot(normal)) best = &patch;
   });
   return best;
@@ -138,7 +139,7 @@ bool TunnelingGuard::entry(const ConvexPart& a, const ConvexPart& b, Vec3& norma
                                              std::numeric_limits<double>::infinity(), cache);
     const double gap = contact.distance - radii;
     if (i == 0 && gap <= 0) return false;
-    if (contact.distance > touching_distance(a, b)) normal = contact.normal;
+    if (contact.distance > contact_tolerance(a, b)) normal = contact.normal;
     if (gap <= touching) return true;
     at += gap / motion_;
     if (!(at < 1)) return false;
@@ -149,7 +150,7 @@ bool TunnelingGuard::entry(const ConvexPart& a, const ConvexPart& b, Vec3& norma
 // What entered over one piece and is past its cut at the end of the step lies in pieces that it
 // came to through their cuts: each of them says that a neighbor has the contact. The piece that
 // was met first gives the side.
-bool TunnelingGuard::first_entry(const PartPair& parts, Vec3& side) const {
+bool TunnelingGuard::find_first_impact(const PartPair& parts, Vec3& side) const {
   const auto& [model, w, s, pair] = in_;
   const Shape& shape_a = model.shapes[model.particles[pair.a].shape];
   double first = std::numeric_limits<double>::infinity();
@@ -167,8 +168,8 @@ bool TunnelingGuard::first_entry(const PartPair& parts, Vec3& side) const {
   return std::isfinite(first);
 }
 
-bool TunnelingGuard::deep_on_the_way(const ConvexPart& a, const ConvexPart& b, double from,
-                                     double deep) const {
+bool TunnelingGuard::penetrates_during_step(const ConvexPart& a, const ConvexPart& b, double from,
+                                            double deep) const {
   constexpr int kPlaces = 8;
   const double dt = in_.model.timestep;
   Manifold m;
@@ -192,40 +193,42 @@ bool TunnelingGuard::keep(const PartPair& parts, const Pose& b_in_a, double shel
   // Cores that overlap, and no contact: it went to the neighbor over a cut, by which the shortest
   // way out leads. The neighbor may say the same of this part.
   const bool dropped = m.points.empty() && -m.gap > a.radius + b.radius;
-  if (const Patch* own = nearest(parts, false, axes * m.normal)) {
+  if (const ContactPatch* own = nearest(parts, false, axes * m.normal)) {
     const Vec3 side = axes.transpose() * own->normal;
     const double cosine = side.dot(m.normal);
     if (!dropped && (cosine > kSameSide || (cosine > 0 && !deep))) return true;
-    if (m.gap >= 0) return cosine > kOtherSide && !(fast_ && deep_on_the_way(a, b, 0, watched));
-    collide_from(a, b, b_in_a, side, shell, m);
+    if (m.gap >= 0)
+      return cosine > kOtherSide && !(fast_ && penetrates_during_step(a, b, 0, watched));
+    collide_with_side_hint(a, b, b_in_a, side, shell, m);
     return true;
   }
   if (!deep && !dropped && !fast_) return true;
   Vec3 side;
   double at;
-  if (entry(a, b, side, at) && !leads_through_seam(a, side) &&
-      !leads_through_seam(b, -(b_in_a.rotation.transpose() * side))) {
+  if (entry(a, b, side, at) && !normal_exits_internal_face(a, side) &&
+      !normal_exits_internal_face(b, -(b_in_a.rotation.transpose() * side))) {
     const double cosine = side.dot(m.normal);
-    if (m.gap >= 0) return cosine > kOtherSide && !deep_on_the_way(a, b, at, watched);
-    if (dropped || cosine < kSameSide) collide_from(a, b, b_in_a, side, shell, m);
+    if (m.gap >= 0) return cosine > kOtherSide && !penetrates_during_step(a, b, at, watched);
+    if (dropped || cosine < kSameSide) collide_with_side_hint(a, b, b_in_a, side, shell, m);
     return true;
   }
   if (!deep && !dropped) return true;
-  const Patch* like = nearest(parts, true, axes * m.normal);
+  const ContactPatch* like = nearest(parts, true, axes * m.normal);
   if (!like) {
-    if (dropped && first_entry(parts, side)) collide_from(a, b, b_in_a, side, shell, m);
+    if (dropped && find_first_impact(parts, side))
+      collide_with_side_hint(a, b, b_in_a, side, shell, m);
     return true;
   }
   if (!dropped && (axes.transpose() * like->normal).dot(m.normal) >= kSameSide) return true;
   // A close patch selects the side. Of several, as in a corner, the one with the least penetration
   // is used. A side on which this part is far deeper than that patch is rejected.
   Manifold best, tried;
-  for_patches(parts, true, [&](const Patch& patch) {
+  for_each_patch(parts, true, [&](const ContactPatch& patch) {
     double depth = watched;
     for (std::uint32_t i = patch.first_point; i < patch.first_point + patch.point_count; ++i) {
       depth = std::max(depth, watched - in_.state.points[i].gap);
     }
-    collide_from(a, b, b_in_a, axes.transpose() * patch.normal, shell, tried);
+    collide_with_side_hint(a, b, b_in_a, axes.transpose() * patch.normal, shell, tried);
     if (-tried.gap <= depth && (best.points.empty() || tried.gap > best.gap))
       std::swap(best, tried);
   });

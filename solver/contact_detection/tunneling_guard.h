@@ -36,13 +36,14 @@ class TunnelingGuard {
  private:
   const ConvexPart& part_b(std::uint32_t index) const;
   Pose pose_before(double seconds) const;
-  bool lies_on(const Patch& patch, const ConvexPart& b) const;
+  bool covers_part(const ContactPatch& patch, const ConvexPart& b) const;
   template <class Visit>
-  void for_patches(const PartPair& parts, bool neighbors, const Visit& visit) const;
-  const Patch* nearest(const PartPair& parts, bool neighbors, const Vec3& normal) const;
+  void for_each_patch(const PartPair& parts, bool neighbors, const Visit& visit) const;
+  const ContactPatch* nearest(const PartPair& parts, bool neighbors, const Vec3& normal) const;
   bool entry(const ConvexPart& a, const ConvexPart& b, Vec3& normal, double& at) const;
-  bool first_entry(const PartPair& parts, Vec3& side) const;
-  bool deep_on_the_way(const ConvexPart& a, const ConvexPart& b, double from, double deep) const;
+  bool find_first_impact(const PartPair& parts, Vec3& side) const;
+  bool penetrates_during_step(const ConvexPart& a, const ConvexPart& b, double from,
+                              double deep) const;
 
   SideInput in_;
   double motion_ = 0;

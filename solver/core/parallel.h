@@ -48,7 +48,7 @@ void parallel_for_blocks(int threads, std::size_t n, std::size_t grain, RangeFun
 // Number of consecutive ranges for a task, so that it can prefetch the data of its next range,
 // which no other thread uses. Small enough that every thread has several tasks, which balances the
 // load.
-inline std::size_t ranges_of_task(int threads, std::size_t ranges) {
+inline std::size_t blocks_per_task(int threads, std::size_t ranges) {
   constexpr std::size_t kTasks = 16, kMany = 8;
   if (threads <= 1) return std::max<std::size_t>(ranges, 1);
   return std::clamp<std::size_t>(ranges / (kTasks * static_cast<std::size_t>(threads)), 1, kMany);

@@ -37,46 +37,46 @@ struct TangentBasis {
 }
 
 // yes ? a : b without a branch, for unpredictable conditions.
-inline double pick(bool yes, double a, double b) {
+inline double select(bool yes, double a, double b) {
   const std::uint64_t mask = -static_cast<std::uint64_t>(yes);
   return std::bit_cast<double>((std::bit_cast<std::uint64_t>(a) & mask) |
                                (std::bit_cast<std::uint64_t>(b) & ~mask));
 }
-inline int pick(bool yes, int a, int b) {
+inline int select(bool yes, int a, int b) {
   const int mask = -static_cast<int>(yes);
   return (a & mask) | (b & ~mask);
 }
 
 // Three numbers and a fourth one, in one wide register.
-struct alignas(32) Quad {
+struct alignas(32) Vec4 {
   double x, y, z, w;
 };
 // The register, and its type in memory without alignment. Never passed by value: sources compiled
 // without AVX would warn. (std::memcpy would move it in halves, which a wide load then waits for.)
-using Four = double __attribute__((vector_size(32)));
-using FourInMemory __attribute__((vector_size(32), aligned(8), may_alias)) = double;
-[[gnu::always_inline]] inline void get(const void* from, Four& v) {
-  v = *static_cast<const FourInMemory*>(from);
+using Simd4d = double __attribute__((vector_size(32)));
+using UnalignedSimd4d __attribute__((vector_size(32), aligned(8), may_alias)) = double;
+[[gnu::always_inline]] inline void get(const void* from, Simd4d& v) {
+  v = *static_cast<const UnalignedSimd4d*>(from);
 }
-[[gnu::always_inline]] inline void put(const Four& v, void* to) {
-  *static_cast<FourInMemory*>(to) = v;
+[[gnu::always_inline]] inline void put(const Simd4d& v, void* to) {
+  *static_cast<UnalignedSimd4d*>(to) = v;
 }
 [[gnu::always_inline]] inline void copy_four(const void* from, void* to) {
-  *static_cast<FourInMemory*>(to) = *static_cast<const FourInMemory*>(from);
+  *static_cast<UnalignedSimd4d*>(to) = *static_cast<const UnalignedSimd4d*>(from);
 }
 // Four rows of four into four columns of four, or back.
-[[gnu::always_inline]] inline void transpose(Four& a, Four& b, Four& c, Four& d) {
-  const Four ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6);
-  const Four ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
-  const Four cd_even = __builtin_shufflevector(c, d, 0, 4, 2, 6);
-  const Four cd_odd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+[[gnu::always_inline]] inline void transpose(Simd4d& a, Simd4d& b, Simd4d& c, Simd4d& d) {
+  const Simd4d ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6);
+  const Simd4d ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+  const Simd4d cd_even = __builtin_shufflevector(c, d, 0, 4, 2, 6);
+  const Simd4d cd_odd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
   a = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
   b = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
   c = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
   d = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
 }
 // The square roots, in place.
-[[gnu::always_inline]] inline void root(Four& v) {
+[[gnu::always_inline]] inline void square_root(Simd4d& v) {
 #ifdef __AVX__
   v = _mm256_sqrt_pd(v);
 #else
@@ -85,8 +85,8 @@ using FourInMemory __attribute__((vector_size(32), aligned(8), may_alias)) = dou
 }
 
 // Which of four comparisons hold, one bit each.
-using FourBits = std::int64_t __attribute__((vector_size(32)));
-[[gnu::always_inline]] inline unsigned bits_of(const FourBits& holds) {
+using Mask4d = std::int64_t __attribute__((vector_size(32)));
+[[gnu::always_inline]] inline unsigned movemask(const Mask4d& holds) {
 #ifdef __AVX__
   return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<const __m256d&>(holds)));
 #else
@@ -99,13 +99,13 @@ using FourBits = std::int64_t __attribute__((vector_size(32)));
 // Eight numbers side by side, as two registers of four (AVX2): operations on both overlap, which
 // hides the latency of a long chain of them. Always inline: sources compiled with and
 // without AVX would pass them differently.
-struct Lanes {
+struct Simd8d {
   static constexpr int size = 8;
-  Four low, high;
+  Simd4d low, high;
 
-  Lanes() = default;
-  explicit Lanes(double all) : low{all, all, all, all}, high(low) {}
-  [[gnu::always_inline]] Lanes(const Four& l, const Four& h) : low(l), high(h) {}
+  Simd8d() = default;
+  explicit Simd8d(double all) : low{all, all, all, all}, high(low) {}
+  [[gnu::always_inline]] Simd8d(const Simd4d& l, const Simd4d& h) : low(l), high(h) {}
   double operator[](int i) const { return i < 4 ? low[i] : high[i - 4]; }
   void set(int i, double value) {
     if (i < 4)
@@ -114,32 +114,32 @@ struct Lanes {
       high[i - 4] = value;
   }
 
-  [[gnu::always_inline]] friend Lanes operator+(const Lanes& a, const Lanes& b) {
+  [[gnu::always_inline]] friend Simd8d operator+(const Simd8d& a, const Simd8d& b) {
     return {a.low + b.low, a.high + b.high};
   }
-  [[gnu::always_inline]] friend Lanes operator-(const Lanes& a, const Lanes& b) {
+  [[gnu::always_inline]] friend Simd8d operator-(const Simd8d& a, const Simd8d& b) {
     return {a.low - b.low, a.high - b.high};
   }
-  [[gnu::always_inline]] friend Lanes operator*(const Lanes& a, const Lanes& b) {
+  [[gnu::always_inline]] friend Simd8d operator*(const Simd8d& a, const Simd8d& b) {
     return {a.low * b.low, a.high * b.high};
   }
-  [[gnu::always_inline]] friend Lanes root(const Lanes& a) {
-    Lanes out = a;
-    root(out.low);
-    root(out.high);
+  [[gnu::always_inline]] friend Simd8d square_root(const Simd8d& a) {
+    Simd8d out = a;
+    square_root(out.low);
+    square_root(out.high);
     return out;
   }
-  [[gnu::always_inline]] friend Lanes operator*(double a, const Lanes& b) {
+  [[gnu::always_inline]] friend Simd8d operator*(double a, const Simd8d& b) {
     return {a * b.low, a * b.high};
   }
-  [[gnu::always_inline]] friend Lanes operator-(double a, const Lanes& b) {
+  [[gnu::always_inline]] friend Simd8d operator-(double a, const Simd8d& b) {
     return {a - b.low, a - b.high};
   }
 };
 
-inline Vec plain(const Quad& a) { return {a.x, a.y, a.z}; }
+inline Vec to_vec(const Vec4& a) { return {a.x, a.y, a.z}; }
 
-inline Vec plain(const Vec3& a) { return {a.x(), a.y(), a.z()}; }
-inline Vec3 eigen(const Vec& a) { return {a.x, a.y, a.z}; }
+inline Vec to_vec(const Vec3& a) { return {a.x(), a.y(), a.z()}; }
+inline Vec3 to_eigen(const Vec& a) { return {a.x, a.y, a.z}; }
 
 }  // namespace firn

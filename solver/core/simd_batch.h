@@ -6,10 +6,10 @@
 namespace firn {
 
 struct Columns3 {
-  Lanes x, y, z;
+  Simd8d x, y, z;
 };
 struct Columns4 {
-  Lanes x, y, z, w;
+  Simd8d x, y, z, w;
 };
 
 // row_of(number, row) gets the row of each of Lanes::size numbers.
@@ -27,7 +27,7 @@ template <class RowOf>
   transpose(out.x.low, out.y.low, out.z.low, out.w.low);
   transpose(out.x.high, out.y.high, out.z.high, out.w.high);
 }
-[[gnu::always_inline]] inline void scatter(Columns4& c, Four* rows) {
+[[gnu::always_inline]] inline void scatter(Columns4& c, Simd4d* rows) {
   transpose(c.x.low, c.y.low, c.z.low, c.w.low);
   transpose(c.x.high, c.y.high, c.z.high, c.w.high);
   rows[0] = c.x.low;
@@ -39,26 +39,26 @@ template <class RowOf>
   rows[6] = c.z.high;
   rows[7] = c.w.high;
 }
-[[gnu::always_inline]] inline void get_three(const Vec3& from, Four& v) {
-  v = Four{from.x(), from.y(), from.z(), 0};
+[[gnu::always_inline]] inline void get_three(const Vec3& from, Simd4d& v) {
+  v = Simd4d{from.x(), from.y(), from.z(), 0};
 }
-[[gnu::always_inline]] inline void put_three(const Four& v, Vec3& to) {
+[[gnu::always_inline]] inline void put_three(const Simd4d& v, Vec3& to) {
   to = Vec3(v[0], v[1], v[2]);
 }
 
-[[gnu::always_inline]] inline Lanes norm(const Lanes& x, const Lanes& y, const Lanes& z) {
-  return root(x * x + (y * y + z * z));
+[[gnu::always_inline]] inline Simd8d norm(const Simd8d& x, const Simd8d& y, const Simd8d& z) {
+  return square_root(x * x + (y * y + z * z));
 }
 
 // Rotation matrices, row by row, as Eigen makes them of quaternions.
 struct Rotations {
-  Lanes at[3][3];
+  Simd8d at[3][3];
 
   [[gnu::always_inline]] explicit Rotations(const Columns4& q) {
-    const Lanes tx = 2.0 * q.x, ty = 2.0 * q.y, tz = 2.0 * q.z;
-    const Lanes twx = tx * q.w, twy = ty * q.w, twz = tz * q.w;
-    const Lanes txx = tx * q.x, txy = ty * q.x, txz = tz * q.x;
-    const Lanes tyy = ty * q.y, tyz = tz * q.y, tzz = tz * q.z;
+    const Simd8d tx = 2.0 * q.x, ty = 2.0 * q.y, tz = 2.0 * q.z;
+    const Simd8d twx = tx * q.w, twy = ty * q.w, twz = tz * q.w;
+    const Simd8d txx = tx * q.x, txy = ty * q.x, txz = tz * q.x;
+    const Simd8d tyy = ty * q.y, tyz = tz * q.y, tzz = tz * q.z;
     at[0][0] = 1.0 - (tyy + tzz);
     at[0][1] = txy - twz;
     at[0][2] = txz + twy;

@@ -7,8 +7,8 @@ namespace {
 constexpr double kSmallAngle = 2e-2;  // rad, below which the polynomials are exact to rounding
 
 [[gnu::always_inline]] inline bool small(double h) { return h * h < kSmallAngle * kSmallAngle; }
-[[gnu::always_inline]] inline bool small(const Lanes& h) {
-  const Four l = h.low * h.low, u = h.high * h.high, most = l > u ? l : u;
+[[gnu::always_inline]] inline bool small(const Simd8d& h) {
+  const Simd4d l = h.low * h.low, u = h.high * h.high, most = l > u ? l : u;
   const double a = most[0] > most[1] ? most[0] : most[1], b = most[2] > most[3] ? most[2] : most[3];
   return (a > b ? a : b) < kSmallAngle * kSmallAngle;
 }
@@ -29,11 +29,11 @@ template <class Real>
   }
 }
 
-[[gnu::always_inline]] inline void sin_cos(const Lanes& h, Lanes& s, Lanes& c) {
+[[gnu::always_inline]] inline void sin_cos(const Simd8d& h, Simd8d& s, Simd8d& c) {
   if (small(h)) {
     small_sin_cos(h, s, c);
   } else {
-    for (int k = 0; k < Lanes::size; ++k) {
+    for (int k = 0; k < Simd8d::size; ++k) {
       double sine, cosine;
       sin_cos(h[k], sine, cosine);
       s.set(k, sine);
@@ -75,11 +75,13 @@ template <class Real>
 
 }  // namespace
 
-void rotate_free(const Vec3& inverse_inertia, double dt, Quat& orientation, Vec3& m) {
+void rotate_torque_free(const Vec3& inverse_inertia, double dt, Quat& orientation, Vec3& m) {
   rotate(inverse_inertia.data(), dt, orientation.coeffs().data(), m.data());
 }
 
-void rotate_free(FreeRotations& b, double dt) { rotate(b.inverse_inertia, dt, b.q, b.momentum); }
+void rotate_torque_free(FreeRotations& b, double dt) {
+  rotate(b.inverse_inertia, dt, b.q, b.momentum);
+}
 
 void half_kick(const RigidBody& body, const Vec3& force, const Vec3& torque, const Vec3& gravity,
                double dt, const Mat3& rotation, Vec3& velocity, Vec3& angular_momentum) {

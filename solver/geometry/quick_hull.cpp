@@ -15,7 +15,7 @@ struct Facet {
   std::array<int, 3> neighbors = {-1, -1, -1};  // across corners k, k + 1
   Vec3 normal = Vec3::Zero();
   double offset = 0;
-  // Points that this facet must still take in: a list through Builder::next_.
+  // Points above this facet that the hull does not contain yet: a list through Builder::next_.
   int first_above = -1, last_above = -1;
   int farthest = -1;
   double distance = 0;
@@ -104,8 +104,7 @@ class Builder {
 
   // A first tetrahedron of points far from each other.
   bool start() {
-    // Meshes hold each corner about six times. The others of a place would be looked at and left
-    // out each time.
+    // Meshes hold each corner about six times. Copies cannot be corners of the hull.
     const std::vector<int> distinct = distinct_points(points_);
     std::array<int, 2> line = {0, 0};
     double longest = 0;

@@ -1,4 +1,4 @@
-// Measures of cuts, kept for all rules and searches that try the same cut of the same piece.
+// Measures of cuts, stored for all rules and searches that try the same cut of the same piece.
 #pragma once
 
 #include <array>
@@ -29,14 +29,14 @@ std::optional<CutTrial> measure_cut(const CutPiece& piece, const HalfSpace& cut,
                                     const CutSettings& settings);
 
 // The cuts of one plan: of one mesh, simplified to one number of facets. A piece is found by its
-// path. Pieces of merged pieces have no path of their own and must not be asked for.
+// path. Merged pieces have no path and must not be measured here.
 class CutTrials {
  public:
   // Forgets the trials of a plan of another number of facets.
   void begin_plan(std::size_t facets);
 
-  // Equal to measure_cut(), bit by bit, in any order of calls. Several threads may ask; where two
-  // ask for the same cut, one waits for the other. The thickness of the settings may differ from
+  // Equal to measure_cut(), bit by bit, in any order of calls. Thread-safe: of two threads that
+  // measure the same cut, one waits for the other. The thickness of the settings may differ from
   // call to call.
   std::optional<CutTrial> measure(const CutPiece& piece, const HalfSpace& cut,
                                   const CutSettings& settings);

@@ -11,7 +11,7 @@
 
 namespace firn {
 
-struct PairRange;
+struct PairBlock;
 struct State;
 struct Workspace;
 

@@ -12,7 +12,7 @@ struct NeighborListBuffers {
   HugePageVector<double> next_test_distance;
   HugePageVector<PairMotionBound> motion_bound;
   HugePageVector<PartPair> part_pairs;
-  HugePageVector<Patch> patches;
+  HugePageVector<ContactPatch> patches;
   HugePageVector<PatchDetail> patch_details;
   HugePageVector<ContactPoint> points;
 };
@@ -29,7 +29,7 @@ inline void copy_contacts(const State& s, const Pair& old, Pair& pair, NeighborL
   pair.first_patch = static_cast<std::uint32_t>(patches);
   pair.first_point = static_cast<std::uint32_t>(points);
   for (std::uint32_t k = 0; k < pair.patch_count; ++k) {
-    Patch& patch = to.patches[patches];
+    ContactPatch& patch = to.patches[patches];
     patch = s.patches[first + k];
     to.patch_details[patches++] = s.patch_details[first + k];
     std::copy_n(s.points.begin() + patch.first_point, patch.point_count,

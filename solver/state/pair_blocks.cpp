@@ -26,7 +26,7 @@ class LocalBodies {
  private:
   static constexpr std::uint16_t kNone = 0xffff;
   std::vector<std::int32_t>& bodies_;
-  std::array<std::uint16_t, 4 * kPairsOfRange> slots_;  // open addressing, at most half full
+  std::array<std::uint16_t, 4 * kPairsPerBlock> slots_;  // open addressing, at most half full
 };
 
 // Which loads of ranges make up that of each particle.
@@ -34,7 +34,7 @@ void build_load_index(std::size_t particles, Workspace& w) {
   LoadIndex& lists = w.load_index;
   std::size_t loads = 0;
   lists.first.assign(particles + 1, 0);
-  for (PairRange& range : w.ranges) {
+  for (PairBlock& range : w.ranges) {
     range.first_load = loads;
     loads += range.bodies.size();
     for (const std::int32_t i : range.bodies) {
@@ -44,7 +44,7 @@ void build_load_index(std::size_t particles, Workspace& w) {
   for (std::size_t i = 0; i < particles; ++i) lists.first[i + 1] += lists.first[i];
   lists.loads.resize(lists.first.back());
   std::vector<std::uint32_t> end(lists.first.begin(), lists.first.end() - 1);
-  for (const PairRange& range : w.ranges) {
+  for (const PairBlock& range : w.ranges) {
     for (std::size_t k = 0; k < range.bodies.size(); ++k) {
       const auto i = static_cast<std::size_t>(range.bodies[k]);
       if (i < particles) lists.loads[end[i]++] = static_cast<std::uint32_t>(range.first_load + k);
@@ -57,9 +57,9 @@ void build_load_index(std::size_t particles, Workspace& w) {
 
 void build_pair_blocks(const Model& model, Workspace& w, const State& s) {
   const std::size_t pairs = s.pairs.size();
-  w.ranges.resize((pairs + kPairsOfRange - 1) / kPairsOfRange);
-  parallel_for_blocks(w.threads, pairs, kPairsOfRange, [&](std::size_t begin, std::size_t end) {
-    PairRange& range = w.ranges[begin / kPairsOfRange];
+  w.ranges.resize((pairs + kPairsPerBlock - 1) / kPairsPerBlock);
+  parallel_for_blocks(w.threads, pairs, kPairsPerBlock, [&](std::size_t begin, std::size_t end) {
+    PairBlock& range = w.ranges[begin / kPairsPerBlock];
     LocalBodies local(range.bodies);
     range.locals.clear();
     range.more_patches = range.more_points = 0;
@@ -73,12 +73,12 @@ void build_pair_blocks(const Model& model, Workspace& w, const State& s) {
     range.active_is_stale = true;
   });
   w.patches = w.points = 0;
-  for (const PairRange& range : w.ranges) {
+  for (const PairBlock& range : w.ranges) {
     w.patches += range.more_patches;
     w.points += range.more_points;
   }
-  w.ranges_of_task = ranges_of_task(w.threads, w.ranges.size());
-  w.scratch.resize((w.ranges.size() + w.ranges_of_task - 1) / w.ranges_of_task);
+  w.blocks_per_task = blocks_per_task(w.threads, w.ranges.size());
+  w.scratch.resize((w.ranges.size() + w.blocks_per_task - 1) / w.blocks_per_task);
   build_load_index(model.particles.size(), w);
   w.neighbor_list_rebuilt = false;
 }

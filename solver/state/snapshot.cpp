@@ -302,7 +302,7 @@ bool boundary_contacts_fit(const State& s, const Model& model) {
         contact.point_count > s.boundary_points.size() - points)
       return false;
     for (const std::size_t end = patch + contact.patch_count; patch < end; ++patch) {
-      const Patch& p = s.boundary_patches[patch];
+      const ContactPatch& p = s.boundary_patches[patch];
       if (std::uint64_t{p.first_point} + p.point_count > contact.point_count) return false;
     }
     points += contact.point_count;

@@ -144,7 +144,7 @@ struct State {
   std::vector<CouplingReaction> couplings;     // [couplings of the model]
   // Contacts between boundaries: patches and points, concatenated without holes.
   std::vector<BoundaryContactHistory> boundary_contacts;  // [boundary contacts of the model]
-  std::vector<Patch> boundary_patches;
+  std::vector<ContactPatch> boundary_patches;
   std::vector<ContactPoint> boundary_points;
   // Started by stages.
   std::vector<Motion> stage_motions;
@@ -158,7 +158,7 @@ struct State {
       next_test_distance;  // [P] the pair is tested when path[a] + path[b] reaches this
   HugePageVector<PairMotionBound> motion_bound;  // [P]
   HugePageVector<PartPair> part_pairs;
-  HugePageVector<Patch> patches;              // with holes
+  HugePageVector<ContactPatch> patches;       // with holes
   HugePageVector<PatchDetail> patch_details;  // one for each place of a patch
   HugePageVector<ContactPoint> points;        // with holes
   std::vector<BondRecord> bonds;              // [bonds]

@@ -11,11 +11,11 @@ namespace {
 
 constexpr double kThinnest = 0.2;  // of the thickness of a part, its largest rounding in a contact
 
-PairLaw base_law(const Model& model, const Interaction& i, double stiffness, double rounding,
-                 double box_edge) {
-  PairLaw law;
+PairCoefficients base_law(const Model& model, const Interaction& i, double stiffness,
+                          double rounding, double box_edge) {
+  PairCoefficients law;
   law.stiffness = stiffness;
-  law.unloading_ratio = 1 / (i.restitution * i.restitution);
+  law.unloading_stiffness_ratio = 1 / (i.restitution * i.restitution);
   law.minimum_unloading_ratio = i.minimum_unloading_ratio;
   law.tangential_stiffness = i.tangential_stiffness_ratio * stiffness;
   law.static_friction = i.static_friction;
@@ -30,7 +30,7 @@ PairLaw base_law(const Model& model, const Interaction& i, double stiffness, dou
   law.overlap_limit = model.numerics.overlap_limit * box_edge;
   law.adhesion_force = i.adhesion_force;
   law.adhesion_fraction = i.adhesion_stiffness_fraction;
-  law.is_plain =
+  law.has_only_base_law =
       i.rolling_resistance == 0 && i.adhesion_force == 0 && i.adhesion_stiffness_fraction == 0;
   return law;
 }
@@ -143,7 +143,7 @@ Workspace::Workspace(const Model& model, int threads_or_0)
     for (int j = 0; j < shapes; ++j) {
       const Shape& b = model.shapes[j];
       const Interaction& law = model.interaction(a.material, b.material);
-      PairLaw& out = laws[law_index(i, j)];
+      PairCoefficients& out = laws[law_index(i, j)];
       out = base_law(model, law, particle_pair_stiffness(a, b), std::min(a.rounding, b.rounding),
                      std::min(edge, b.box.minCoeff()));
       out.rolling_limit = law.rolling_resistance * std::min(a.stiffness_length, b.stiffness_length);
@@ -151,13 +151,13 @@ Workspace::Workspace(const Model& model, int threads_or_0)
     for (std::size_t j = 0; j < model.boundaries.size(); ++j) {
       const Boundary& b = model.boundaries[j];
       const Interaction& law = model.interaction(a.material, b.material);
-      PairLaw& out = laws[law_index_boundary(i, static_cast<int>(j))];
+      PairCoefficients& out = laws[law_index_boundary(i, static_cast<int>(j))];
       out = base_law(model, law, boundary_pair_stiffness(model, a, b), a.rounding, edge);
       out.rolling_limit = law.rolling_resistance * a.stiffness_length;
     }
   }
   least_overlap_limit = std::numeric_limits<double>::infinity();
-  for (const PairLaw& law : laws)
+  for (const PairCoefficients& law : laws)
     least_overlap_limit = std::min(least_overlap_limit, law.overlap_limit);
   skin = model.numerics.skin > 0 ? model.numerics.skin : 0.16 * smallest_radius;
   for (const Boundary& b : model.boundaries) {

@@ -38,7 +38,7 @@ struct ContactSearchResult {
   int late_contacts = 0;
   bool tunnelled = false;          // parts have passed through each other
   double initial_penetration = 0;  // m, overlap of bodies that were placed into each other
-  FoundPatches found;
+  PatchBuffer found;
 };
 
 // Sums of a step over the contacts of one range of pairs. The ranges do not depend on the number of
@@ -66,15 +66,15 @@ struct ContactFault {
 };
 
 // Load of the patches of one range of pairs on one of its bodies. Each member is one wide load.
-struct alignas(64) RangeLoad {
-  Quad force{};   // N; fourth: largest normal force of a patch
-  Quad torque{};  // N m
+struct alignas(64) BlockLoad {
+  Vec4 force{};   // N; fourth: largest normal force of a patch
+  Vec4 torque{};  // N m
 };
 
-// A range of kPairsOfRange listed pairs, the unit of work of a task. Pairs are sorted along a
+// A range of kPairsPerBlock listed pairs, the unit of work of a task. Pairs are sorted along a
 // space-filling curve, so that a range has few bodies.
-inline constexpr std::size_t kPairsOfRange = 1024;
-struct alignas(64) PairRange {
+inline constexpr std::size_t kPairsPerBlock = 1024;
+struct alignas(64) PairBlock {
   std::vector<std::int32_t> bodies;                  // in order of their first pair
   std::vector<std::array<std::uint16_t, 2>> locals;  // [pairs of the range] into bodies
   std::size_t first_load = 0;                        // of bodies, in Workspace::loads
@@ -84,8 +84,8 @@ struct alignas(64) PairRange {
   std::vector<ActivePair> refreshed;  // pairs whose patches were rebuilt, ascending; may have
                                       // none left; places are those before holes are closed
   std::vector<std::uint32_t>
-      overflowed;                   // of them, those whose patches do not fit into their place,
-  std::vector<FoundPatches> found;  // and these patches; may be longer
+      overflowed;                  // of them, those whose patches do not fit into their place,
+  std::vector<PatchBuffer> found;  // and these patches; may be longer
   std::vector<ContactFault> contact_faults;
   std::uint64_t queries = 0, contact_searches = 0, late_contacts = 0;
   std::int64_t more_patches = 0, more_points = 0;  // than before
@@ -105,9 +105,9 @@ struct alignas(64) TaskScratch {
   std::vector<ActivePair> active;
 };
 
-inline ActivePair active_pair(const PairRange& range, const State& s, std::uint32_t p) {
+inline ActivePair active_pair(const PairBlock& range, const State& s, std::uint32_t p) {
   const Pair& pair = s.pairs[p];
-  const auto [local_a, local_b] = range.locals[p % kPairsOfRange];
+  const auto [local_a, local_b] = range.locals[p % kPairsPerBlock];
   return {p,      pair.first_patch, pair.patch_count, pair.first_point, pair.a,
           pair.b, pair.law,         local_a,          local_b};
 }
@@ -138,7 +138,7 @@ struct BondWorkspace {
 
 // Geometry of a boundary contact for the contact search.
 struct BoundaryContactTable {
-  PairLaw law;
+  PairCoefficients law;
   std::vector<ConvexPart> parts_a, parts_b;  // with rounded edges; b: empty for a plane
   std::vector<std::uint64_t> connected;      // [parts of a], every part with every part
   FlatSurfaces surfaces_a, surfaces_b;
@@ -164,7 +164,7 @@ struct Workspace {
 
   int threads;
   std::vector<RigidBody> rigid;                // [shapes]
-  std::vector<PairLaw> laws;                   // [shape * (shapes + boundaries) + other]
+  std::vector<PairCoefficients> laws;          // [shape * (shapes + boundaries) + other]
   std::vector<std::optional<AabbTree>> trees;  // [boundaries]; none for planes
   std::vector<FlatSurfaces> surfaces;          // [shapes + boundaries]
   std::vector<double> reach;          // [shapes + boundaries] m, farthest point from the center
@@ -180,12 +180,12 @@ struct Workspace {
 
   // Rebuilt with the neighbor list:
   bool neighbor_list_rebuilt = true;
-  std::vector<PairRange> ranges;
-  std::size_t ranges_of_task = 1;
+  std::vector<PairBlock> ranges;
+  std::size_t blocks_per_task = 1;
   std::vector<TaskScratch> scratch;      // [tasks]
   std::int64_t patches = 0, points = 0;  // in use; the arrays of State also have unused elements
   bool points_moved = false;             // holes were closed in this step
-  HugePageVector<RangeLoad> loads;       // of all ranges, concatenated
+  HugePageVector<BlockLoad> loads;       // of all ranges, concatenated
   LoadIndex load_index;
   TaskAffinity pair_shares, body_shares;  // of tasks: ranges of pairs, and of bodies
   std::vector<char> needs_rebuild;        // [tasks] a body has moved further than its skin
@@ -199,7 +199,7 @@ struct Workspace {
   std::vector<BoundaryContactTable> boundary_contacts;  // [boundary contacts of the model]
   TaskScratch boundary_scratch;
   // Written by a step while those of the state are read. Then both are swapped.
-  std::vector<Patch> boundary_patches;
+  std::vector<ContactPatch> boundary_patches;
   std::vector<ContactPoint> boundary_points;
   std::vector<PatchDetail> boundary_details;  // zero: boundaries have no rolling resistance
 

@@ -10,13 +10,13 @@ namespace {
 
 // Two patches bear an opposed load of no more than the lesser of their forces, so only those that
 // bear more than the largest load so far can make a larger one: in a bed at rest, next to none.
-void read(const State& s, const PairRange& range, std::vector<NormalLoadSample>& pressed) {
+void read(const State& s, const PairBlock& range, std::vector<NormalLoadSample>& pressed) {
   const std::vector<CompressiveLoad>& opposed = s.statistics.opposed;
   const auto particles = static_cast<std::int32_t>(opposed.size());
   pressed.clear();
   for (const ActivePair& pair : range.active) {
     for (std::uint32_t k = 0; k < pair.patch_count; ++k) {
-      const Patch& patch = s.patches[pair.first_patch + k];
+      const ContactPatch& patch = s.patches[pair.first_patch + k];
       const double force = patch.normal_force;
       if (force > opposed[pair.a].load) pressed.push_back({pair.a, pair.b, force, patch.normal});
       if (pair.b < particles && force > opposed[pair.b].load)
@@ -39,9 +39,9 @@ void note(const NormalLoadSample& p, const NormalLoadSample& q, double time,
 }  // namespace
 
 void record_compressive_loads(const Model& model, Workspace& w, State& s) {
-  parallel_for_blocks(w.threads, s.pairs.size(), kPairsOfRange,
+  parallel_for_blocks(w.threads, s.pairs.size(), kPairsPerBlock,
                       [&](std::size_t begin, std::size_t) {
-                        PairRange& range = w.ranges[begin / kPairsOfRange];
+                        PairBlock& range = w.ranges[begin / kPairsPerBlock];
                         read(s, range, range.notes.pressed);
                       });
   // Each with those before it on the same particle.
@@ -49,7 +49,7 @@ void record_compressive_loads(const Model& model, Workspace& w, State& s) {
   std::vector<std::int32_t>& last = w.statistics.last_pressed;
   all.clear();
   const double time = static_cast<double>(s.steps + 1) * model.timestep;
-  for (const PairRange& range : w.ranges) {
+  for (const PairBlock& range : w.ranges) {
     for (NormalLoadSample p : range.notes.pressed) {
       CompressiveLoad& most = s.statistics.opposed[p.particle];
       for (std::int32_t k = last[p.particle]; k >= 0; k = all[k].before)

@@ -29,7 +29,7 @@ class ContactReader {
         step_(s.steps + 1) {}
 
   // Adds up the open contacts of a range of pairs, and notes those that begin and part.
-  void read(const PairRange& range, RangeStatistics& notes) const {
+  void read(const PairBlock& range, RangeStatistics& notes) const {
     StatisticsState& stats = s_.statistics;
     const PatchWork* work = notes.work.data();
     notes.begun.clear();
@@ -58,7 +58,7 @@ class ContactReader {
   PairLoad load_of(const ActivePair& pair, const PatchWork* work) const {
     PairLoad load;
     for (std::uint32_t k = 0; k < pair.patch_count; ++k) {
-      const Patch& patch = s_.patches[pair.first_patch + k];
+      const ContactPatch& patch = s_.patches[pair.first_patch + k];
       load.work += work[k].normal + work[k].friction;
       if (!(patch.normal_force > 0)) continue;
       load.normal += patch.normal_force;
@@ -107,7 +107,7 @@ class ContactReader {
   void note_peak(const ActivePair& pair, const PairLoad& load, ContactEvent& event) const {
     Vec3 arm = Vec3::Zero(), normal = Vec3::Zero();
     for (std::uint32_t k = 0; k < pair.patch_count; ++k) {
-      const Patch& patch = s_.patches[pair.first_patch + k];
+      const ContactPatch& patch = s_.patches[pair.first_patch + k];
       if (!(patch.normal_force > 0)) continue;
       arm += patch.normal_force * patch.arm;
       normal += patch.normal_force * patch.normal;
@@ -254,12 +254,12 @@ void update_contact_events(const Model& model, Workspace& w, State& s) {
       2 * stats.free_places > stats.open.size() + kFew)
     remap_open_contacts(s);
   const ContactReader reader(model, s);
-  parallel_for_blocks(w.threads, s.pairs.size(), kPairsOfRange,
+  parallel_for_blocks(w.threads, s.pairs.size(), kPairsPerBlock,
                       [&](std::size_t begin, std::size_t) {
-                        PairRange& range = w.ranges[begin / kPairsOfRange];
+                        PairBlock& range = w.ranges[begin / kPairsPerBlock];
                         reader.read(range, range.notes);
                       });
-  for (const PairRange& range : w.ranges) {
+  for (const PairBlock& range : w.ranges) {
     stats.parted.insert(stats.parted.end(), range.notes.parted.begin(), range.notes.parted.end());
     for (const NewContact& begun : range.notes.begun) {
       stats.open_of_pair[begun.contact.pair] = static_cast<std::int32_t>(stats.open.size());

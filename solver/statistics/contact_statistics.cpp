@@ -7,13 +7,13 @@
 
 namespace firn {
 
-int EnergyClasses::of(double energy) const {
+int EnergyBins::of(double energy) const {
   if (!(energy >= lowest)) return 0;
   const double k = 1 + std::floor(per_decade * std::log10(energy / lowest));
   return static_cast<int>(std::min<double>(k, count() - 1));
 }
 
-double EnergyClasses::lower_bound(int k) const {
+double EnergyBins::lower_bound(int k) const {
   return k > 0 ? lowest * std::pow(10.0, static_cast<double>(k - 1) / per_decade) : 0;
 }
 

@@ -15,7 +15,7 @@ class BoundaryReader {
 
   // Finds the triangles under the points of a range: of pairs with a new contact search, or of all.
   // The search costs more than all else here.
-  void look_up(const PairRange& range, bool all) const {
+  void look_up(const PairBlock& range, bool all) const {
     if (all) {
       for (const ActivePair& pair : range.active) look_up(pair.pair);
     } else {
@@ -23,13 +23,13 @@ class BoundaryReader {
     }
   }
 
-  void read(const PairRange& range, RangeStatistics& notes) const {
+  void read(const PairBlock& range, RangeStatistics& notes) const {
     notes.triangle_loads.clear();
     const PatchWork* work = notes.work.data();
     for (const ActivePair& pair : range.active) {
       if (monitored(pair.b) >= 0) {
         for (std::uint32_t k = 0; k < pair.patch_count; ++k) {
-          const Patch& patch = s_.patches[pair.first_patch + k];
+          const ContactPatch& patch = s_.patches[pair.first_patch + k];
           if (patch.normal_force > 0) add(pair, patch, work[k].friction, notes.triangle_loads);
         }
       }
@@ -49,7 +49,7 @@ class BoundaryReader {
     const BodyMotion &a = s_.motion[pair.a], &b = s_.motion[pair.b];
     const Mat3 to_boundary = rotation_of(s_, pair.b).transpose();
     for (std::uint32_t k = 0; k < pair.patch_count; ++k) {
-      const Patch& patch = s_.patches[pair.first_patch + k];
+      const ContactPatch& patch = s_.patches[pair.first_patch + k];
       const Vec3 place = a.position + patch.arm - b.position, out = to_boundary * -patch.normal;
       for (std::uint32_t i = patch.first_point; i < patch.first_point + patch.point_count; ++i) {
         // What the point's place in memory had last is near, mostly.
@@ -60,7 +60,7 @@ class BoundaryReader {
     }
   }
 
-  void add(const ActivePair& pair, const Patch& patch, double friction_work,
+  void add(const ActivePair& pair, const ContactPatch& patch, double friction_work,
            std::vector<TriangleLoad>& loads) const {
     const BodyMotion &a = s_.motion[pair.a], &b = s_.motion[pair.b];
     const Mat3 to_boundary = rotation_of(s_, pair.b).transpose();
@@ -117,15 +117,15 @@ void sum_triangle_loads(const Model& model, Workspace& w, State& s) {
   stats.points_list = s.diagnostics.rebuilds;
   stats.triangle_of_point.resize(s.points.size());
   const BoundaryReader reader(model, w, s);
-  parallel_for_blocks(w.threads, s.pairs.size(), kPairsOfRange,
+  parallel_for_blocks(w.threads, s.pairs.size(), kPairsPerBlock,
                       [&](std::size_t begin, std::size_t) {
-                        PairRange& range = w.ranges[begin / kPairsOfRange];
+                        PairBlock& range = w.ranges[begin / kPairsPerBlock];
                         reader.look_up(range, all);
                         reader.read(range, range.notes);
                       });
   StatisticsWorkspace& scratch = w.statistics;
   scratch.touched.clear();
-  for (const PairRange& range : w.ranges)
+  for (const PairBlock& range : w.ranges)
     add_up(range.notes.triangle_loads, model.timestep, scratch, stats.triangles);
   for (const std::uint32_t t : scratch.touched) {
     stats.triangles[t].peak = std::max(stats.triangles[t].peak, scratch.force[t]);

@@ -128,7 +128,7 @@ void check_speed(const Model& model, const State& s, const BoundaryContact& cont
 
 // Updates the patches of a contact from those at `old_patches`, whose points are `old_points`.
 void search(const Model& model, const State& s, const BoundaryContactTable& table,
-            const Bodies& bodies, std::span<const Patch> old_patches,
+            const Bodies& bodies, std::span<const ContactPatch> old_patches,
             const ContactPoint* old_points, Workspace& w, BoundaryContactHistory& memory) {
   TaskScratch& scratch = w.boundary_scratch;
   std::size_t used = 0;
@@ -149,10 +149,10 @@ void search(const Model& model, const State& s, const BoundaryContactTable& tabl
 
 // Advances the patches of a contact by the step and puts what they do on both boundaries.
 void apply(const Model& model, State& s, const BoundaryContact& contact,
-           const BoundaryContactTable& table, const Bodies& bodies, std::span<Patch> patches,
+           const BoundaryContactTable& table, const Bodies& bodies, std::span<ContactPatch> patches,
            ContactPoint* points, BoundaryContactHistory& memory) {
   const double dt = model.timestep;
-  const PairLaw& law = table.law;
+  const PairCoefficients& law = table.law;
   const FrictionLaw friction{law.tangential_stiffness, law.static_friction, law.dynamic_friction,
                              law.restick_velocity};
   const BodyMotion &a = s.motion[bodies.body_a], &b = s.motion[bodies.body_b];
@@ -161,10 +161,10 @@ void apply(const Model& model, State& s, const BoundaryContact& contact,
   const Vec3 velocity = a.velocity - b.velocity - b.angular_velocity.cross(apart);
   Vec3 force = Vec3::Zero(), moment_a = Vec3::Zero(), moment_b = Vec3::Zero();
   double normal = 0;
-  for (Patch& patch : patches) {
+  for (ContactPatch& patch : patches) {
     const PatchMotion motion =
-        patch_motion(plain(patch.normal), plain(velocity + angular_velocity.cross(patch.arm)),
-                     plain(angular_velocity), dt);
+        patch_motion(to_vec(patch.normal), to_vec(velocity + angular_velocity.cross(patch.arm)),
+                     to_vec(angular_velocity), dt);
     const NormalLoad load = advance_points(law, patch, points + patch.first_point, motion);
     if (load.overlap > law.overlap_limit)
       refuse(model, s, contact,
@@ -172,17 +172,17 @@ void apply(const Model& model, State& s, const BoundaryContact& contact,
                          law.overlap_limit),
              a.position + patch.arm);
     const FrictionStep step =
-        advance_friction(friction, {plain(patch.tangential), patch.torsion, double(patch.sliding)},
+        advance_friction(friction, {to_vec(patch.tangential), patch.torsion, double(patch.sliding)},
                          load.force, friction_region(patch), motion, dt);
     patch.fresh = 0;
     patch.normal_force = load.force;
-    patch.tangential = eigen(step.state.tangential);
+    patch.tangential = to_eigen(step.state.tangential);
     patch.torsion = step.state.torsion;
     patch.sliding = step.state.sliding > 0 ? 1 : 0;
     memory.work_normal += load.work;
     memory.work_friction += step.work;
-    const Wrench on_a = wrench(plain(patch.normal), load.force, load.offset_force, step.state);
-    const Vec3 push = eigen(on_a.force), turn = eigen(on_a.moment);
+    const Wrench on_a = wrench(to_vec(patch.normal), load.force, load.offset_force, step.state);
+    const Vec3 push = to_eigen(on_a.force), turn = to_eigen(on_a.moment);
     force += push;
     moment_a += turn + patch.arm.cross(push);
     moment_b -= turn + (patch.arm + apart).cross(push);
@@ -205,7 +205,7 @@ void apply(const Model& model, State& s, const BoundaryContact& contact,
 }  // namespace
 
 void boundary_contacts(const Model& model, Workspace& w, State& s) {
-  std::vector<Patch>& patches = w.boundary_patches;
+  std::vector<ContactPatch>& patches = w.boundary_patches;
   std::vector<ContactPoint>& points = w.boundary_points;
   patches.clear();
   points.clear();
@@ -214,8 +214,8 @@ void boundary_contacts(const Model& model, Workspace& w, State& s) {
     const BoundaryContact& contact = model.boundary_contacts[k];
     const BoundaryContactTable& table = w.boundary_contacts[k];
     BoundaryContactHistory& memory = s.boundary_contacts[k];
-    const std::span<const Patch> old_patches(s.boundary_patches.data() + first_patch,
-                                             memory.patch_count);
+    const std::span<const ContactPatch> old_patches(s.boundary_patches.data() + first_patch,
+                                                    memory.patch_count);
     const ContactPoint* old_points = s.boundary_points.data() + first_point;
     first_patch += memory.patch_count;
     first_point += memory.point_count;
@@ -234,7 +234,7 @@ void boundary_contacts(const Model& model, Workspace& w, State& s) {
     const double moved = moved_since(table, memory, bodies.pose, rotation_of(s, bodies.body_a));
     if (memory.need < 0 || moved >= memory.need) {
       search(model, s, table, bodies, old_patches, old_points, w, memory);
-      const FoundPatches& found = w.boundary_scratch.search.found;
+      const PatchBuffer& found = w.boundary_scratch.search.found;
       patches.insert(patches.end(), found.patches.begin(), found.patches.end());
       points.insert(points.end(), found.points.begin(), found.points.end());
       memory.patch_count = found.patches.size();
@@ -254,7 +254,7 @@ void boundary_contacts(const Model& model, Workspace& w, State& s) {
 BoundaryContactState boundary_contact_state(const Workspace& w, const State& s,
                                             std::size_t number) {
   const BoundaryContactHistory& memory = s.boundary_contacts[number];
-  const PairLaw& law = w.boundary_contacts[number].law;
+  const PairCoefficients& law = w.boundary_contacts[number].law;
   std::size_t first_patch = 0, first_point = 0;
   for (std::size_t k = 0; k < number; ++k) {
     first_patch += s.boundary_contacts[k].patch_count;
@@ -267,7 +267,7 @@ BoundaryContactState boundary_contact_state(const Workspace& w, const State& s,
   out.peak_normal_force = memory.peak_normal_force;
   StoredEnergy stored;
   for (std::size_t k = first_patch; k < first_patch + memory.patch_count; ++k) {
-    const Patch& patch = s.boundary_patches[k];
+    const ContactPatch& patch = s.boundary_patches[k];
     const ContactPoint* points = s.boundary_points.data() + first_point + patch.first_point;
     for (std::uint32_t i = 0; i < patch.point_count; ++i)
       out.gap = std::min(out.gap, points[i].gap);

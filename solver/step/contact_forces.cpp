@@ -16,27 +16,27 @@ constexpr std::ptrdiff_t kPairsAhead = 12;  // pairs, whose bodies and contacts 
 constexpr std::size_t kPoints = 128;        // bytes: what most pairs have
 
 // a x b; the fourth number is zero.
-[[gnu::always_inline]] inline void cross(const Four& a, const Four& b, Four& out) {
-  const Four twisted =
+[[gnu::always_inline]] inline void cross(const Simd4d& a, const Simd4d& b, Simd4d& out) {
+  const Simd4d twisted =
       a * __builtin_shufflevector(b, b, 1, 2, 0, 3) - __builtin_shufflevector(a, a, 1, 2, 0, 3) * b;
   out = __builtin_shufflevector(twisted, twisted, 1, 2, 0, 3);
 }
-[[gnu::always_inline]] inline void add_to(void* sum, const Four& v) {
-  Four s;
+[[gnu::always_inline]] inline void add_to(void* sum, const Simd4d& v) {
+  Simd4d s;
   get(sum, s);
   put(s + v, sum);
 }
 
 [[gnu::always_inline]] inline void pair_motion(const BodyMotion& a, const BodyMotion& b,
                                                PairMotion& out) {
-  Four place_a, place_b, velocity_a, velocity_b, angular_velocity_a, angular_velocity_b, dragged;
+  Simd4d place_a, place_b, velocity_a, velocity_b, angular_velocity_a, angular_velocity_b, dragged;
   get(&a.position, place_a);
   get(&b.position, place_b);
   get(&a.velocity, velocity_a);
   get(&b.velocity, velocity_b);
   get(&a.angular_velocity, angular_velocity_a);
   get(&b.angular_velocity, angular_velocity_b);
-  const Four apart = place_a - place_b;
+  const Simd4d apart = place_a - place_b;
   cross(angular_velocity_b, apart, dragged);
   put(apart, &out.apart);
   put(velocity_a - velocity_b - dragged, &out.velocity);
@@ -57,12 +57,12 @@ bool replace(const std::vector<ActivePair>& refreshed, std::vector<ActivePair>& 
 }
 
 // The active pairs of range `r` after some have been looked at.
-void update_active(const State& s, std::size_t r, PairRange& range,
+void update_active(const State& s, std::size_t r, PairBlock& range,
                    std::vector<ActivePair>& merged) {
   if (range.active_is_stale) {
     range.active.clear();
-    const std::size_t begin = r * kPairsOfRange;
-    for (std::size_t p = begin; p < std::min(s.pairs.size(), begin + kPairsOfRange); ++p) {
+    const std::size_t begin = r * kPairsPerBlock;
+    for (std::size_t p = begin; p < std::min(s.pairs.size(), begin + kPairsPerBlock); ++p) {
       if (s.pairs[p].patch_count > 0)
         range.active.push_back(active_pair(range, s, static_cast<std::uint32_t>(p)));
     }
@@ -84,16 +84,16 @@ void update_active(const State& s, std::size_t r, PairRange& range,
 // Advances the patches of the active pairs of a range, block by block, and hands each block to
 // `take`. What the next range, if it is this task's, will need is fetched on the way.
 template <class Take>
-void advance_patches(const Model& model, const Workspace& w, State& s, const PairRange& range,
-                     const PairRange* next, const Take& take) {
+void advance_patches(const Model& model, const Workspace& w, State& s, const PairBlock& range,
+                     const PairBlock* next, const Take& take) {
   // Plain pointers: vectors' own would be read again after every wide store, which may be to
   // anywhere as far as the compiler knows.
   const BodyMotion* const motions = s.motion.data();
-  const PairLaw* const laws = w.laws.data();
-  Patch* const patches = s.patches.data();
+  const PairCoefficients* const laws = w.laws.data();
+  ContactPatch* const patches = s.patches.data();
   const ActivePair* const begin = range.active.data();
   const ActivePair* const end = begin + range.active.size();
-  const RangeLoad* const next_loads = w.loads.data() + (next ? *next : range).first_load;
+  const BlockLoad* const next_loads = w.loads.data() + (next ? *next : range).first_load;
   const std::span<const ActivePair> next_active(next ? next->active : range.active);
   ContactPoint* const points = s.points.data();
   PatchBlock block(patches, s.patch_details.data(),
@@ -117,8 +117,8 @@ void advance_patches(const Model& model, const Workspace& w, State& s, const Pai
     if (k < next_active.size()) fetch(&next_active[k]);
     PairMotion motion;
     pair_motion(motions[pair->a], motions[pair->b], motion);
-    Patch* const last = patches + pair->first_patch + pair->patch_count;
-    for (Patch* patch = patches + pair->first_patch; patch != last; ++patch) {
+    ContactPatch* const last = patches + pair->first_patch + pair->patch_count;
+    for (ContactPatch* patch = patches + pair->first_patch; patch != last; ++patch) {
       block.add(*pair, laws[pair->law], *patch, points + patch->first_point, motion);
       if (block.full()) flush();
     }
@@ -175,7 +175,7 @@ class ContactAccumulator {
       wall.touched = true;
       accounts_.touched.push_back(b);
     }
-    const Vec3 force = eigen(plain(load.force)), moment = eigen(plain(load.moment_b));
+    const Vec3 force = to_eigen(to_vec(load.force)), moment = to_eigen(to_vec(load.moment_b));
     const BodyMotion& motion = s_.motion[load.b];
     accounts_.work_boundaries += load.work_normal + load.work_friction;
     wall.impulse -= force * dt_;
@@ -245,18 +245,18 @@ void add_up(const Model& model, const ContactTotals& accounts, State& s) {
 // Adds a force to that on a body, or takes it away; the fourth number keeps the largest normal
 // force. Written as a whole, as it is read again soon.
 template <int sign>
-[[gnu::always_inline]] inline void push(const Four& force, RangeLoad& load) {
-  Four so_far;
+[[gnu::always_inline]] inline void push(const Simd4d& force, BlockLoad& load) {
+  Simd4d so_far;
   get(&load.force, so_far);
-  const Four sum = so_far + sign * force, largest = so_far < force ? force : so_far;
+  const Simd4d sum = so_far + sign * force, largest = so_far < force ? force : so_far;
   put(__builtin_shufflevector(sum, largest, 0, 1, 2, 7), &load.force);
 }
 
 // Adds what a block does to the loads of a range's bodies; what bears nothing adds zeros.
-void add_loads(const PatchBlock& block, RangeLoad* loads) {
+void add_loads(const PatchBlock& block, BlockLoad* loads) {
   for (int k = 0; k < block.size(); ++k) {
-    RangeLoad &a = loads[block.local_a(k)], &b = loads[block.local_b(k)];
-    Four force, moment;
+    BlockLoad &a = loads[block.local_a(k)], &b = loads[block.local_b(k)];
+    Simd4d force, moment;
     get(&block.force(k), force);
     push<1>(force, a);
     push<-1>(force, b);
@@ -271,12 +271,12 @@ void add_loads(const PatchBlock& block, RangeLoad* loads) {
 
 void contact_forces(const Model& model, Workspace& w, State& s) {
   const bool noted = model.statistics.any();
-  const auto forces_of = [&](std::size_t r, const PairRange* next, std::vector<ActivePair>& spare) {
-    PairRange& range = w.ranges[r];
+  const auto forces_of = [&](std::size_t r, const PairBlock* next, std::vector<ActivePair>& spare) {
+    PairBlock& range = w.ranges[r];
     range.notes.work.clear();
     update_active(s, r, range, spare);
-    RangeLoad* const loads = w.loads.data() + range.first_load;
-    std::fill_n(loads, range.bodies.size(), RangeLoad{});
+    BlockLoad* const loads = w.loads.data() + range.first_load;
+    std::fill_n(loads, range.bodies.size(), BlockLoad{});
     ContactAccumulator books(model, w, s, range.accounts);
     advance_patches(model, w, s, range, next, [&](const PatchBlock& block) {
       books.note(block);
@@ -285,15 +285,15 @@ void contact_forces(const Model& model, Workspace& w, State& s) {
     });
   };
   parallel_for_blocks(
-      w.threads, w.ranges.size(), w.ranges_of_task,
+      w.threads, w.ranges.size(), w.blocks_per_task,
       [&](std::size_t first, std::size_t last) {
-        std::vector<ActivePair>& spare = w.scratch[first / w.ranges_of_task].active;
+        std::vector<ActivePair>& spare = w.scratch[first / w.blocks_per_task].active;
         for (std::size_t r = first; r < last; ++r)
           forces_of(r, r + 1 < last ? &w.ranges[r + 1] : nullptr, spare);
       },
       &w.pair_shares);
   std::ranges::fill(s.boundary_load, BodyLoad{});
-  for (const PairRange& range : w.ranges) add_up(model, range.accounts, s);
+  for (const PairBlock& range : w.ranges) add_up(model, range.accounts, s);
 }
 
 }  // namespace firn

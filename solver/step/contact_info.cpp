@@ -8,9 +8,9 @@ namespace firn {
 namespace {
 
 // The forces are those that the last step has put on the bodies: see wrench() and PatchBlock.
-Contact contact_of(const State& s, const PairLaw& law, const Pair& pair, int number) {
+Contact contact_of(const State& s, const PairCoefficients& law, const Pair& pair, int number) {
   const std::size_t place = pair.first_patch + static_cast<std::uint32_t>(number);
-  const Patch& patch = s.patches[place];
+  const ContactPatch& patch = s.patches[place];
   const PatchDetail& detail = s.patch_details[place];
   const Vec3& center_a = s.motion[pair.a].position;
   const Vec3& center_b = s.motion[pair.b].position;
@@ -25,7 +25,7 @@ Contact contact_of(const State& s, const PairLaw& law, const Pair& pair, int num
   c.friction_limit = (c.sliding ? law.dynamic_friction : law.static_friction) * patch.normal_force;
   c.torsion_limit = c.friction_limit * patch.torsion_radius;
   c.stiffness = law.stiffness;
-  c.unloading_ratio = law.unloading_ratio;
+  c.unloading_stiffness_ratio = law.unloading_stiffness_ratio;
   c.gap = std::numeric_limits<double>::infinity();
   Vec3 offset_force = Vec3::Zero();
   const double shares = sum_of_fractions(patch, s.points.data() + patch.first_point);
@@ -44,7 +44,7 @@ Contact contact_of(const State& s, const PairLaw& law, const Pair& pair, int num
   const NormalLoad pull =
       adhesion_of(law, patch, s.points.data() + patch.first_point, PatchMotion{});
   c.adhesion = pull.force;
-  offset_force -= eigen(pull.offset_force);
+  offset_force -= to_eigen(pull.offset_force);
   c.force = patch.tangential - (patch.normal_force - pull.force) * patch.normal;
   // Normal forces act at their points: about the reference point, sum o x (-f n) = n x sum f o.
   const Vec3 moment = patch.normal.cross(offset_force) + patch.torsion * patch.normal + c.rolling;
@@ -72,7 +72,7 @@ std::vector<double> overlaps_of(const State& s) {
   std::vector<double> out;
   for (const Pair& pair : s.pairs) {
     for (std::uint32_t k = pair.first_patch; k < pair.first_patch + pair.patch_count; ++k) {
-      const Patch& patch = s.patches[k];
+      const ContactPatch& patch = s.patches[k];
       if (patch.normal_force <= 0) continue;
       double gap = 0;
       for (std::uint32_t i = 0; i < patch.point_count; ++i)

@@ -1,5 +1,5 @@
 // Kicks and drifts of all present particles, eight side by side: each lane does what half_kick()
-// and rotate_free() do, in the same order of operations.
+// and rotate_torque_free() do, in the same order of operations.
 #include <algorithm>
 
 #include "solver/core/prefetch.h"
@@ -15,11 +15,11 @@ constexpr std::size_t kBodiesAhead = 32;     // bodies, to be fetched
 
 // Up to Lanes::size bodies, one in each lane; lanes beyond `count` repeat the last one.
 struct BodyBatch {
-  std::size_t body[Lanes::size];
+  std::size_t body[Simd8d::size];
   int count = 0;
 
   void fill_up() {
-    for (int k = count; k < Lanes::size; ++k) body[k] = body[count - 1];
+    for (int k = count; k < Simd8d::size; ++k) body[k] = body[count - 1];
   }
 };
 
@@ -34,11 +34,11 @@ class BodyIntegrator {
 
   // Half kicks of the velocity, one body at a time: its vectors are rows already.
   template <int kicks>
-  [[gnu::always_inline]] void kick_velocity(std::size_t i, Four& velocity) const {
-    Four force;
+  [[gnu::always_inline]] void kick_velocity(std::size_t i, Simd4d& velocity) const {
+    Simd4d force;
     get(&s_.motion[i].velocity, velocity);
     get(&load(i).force, force);
-    const Four change = half_ * (body(i).inverse_mass * force + gravity_);
+    const Simd4d change = half_ * (body(i).inverse_mass * force + gravity_);
     for (int k = 0; k < kicks; ++k) velocity += change;
     put(velocity, &s_.motion[i].velocity);
   }
@@ -49,9 +49,9 @@ class BodyIntegrator {
     Columns4 torque;
     Columns3 turned;
     gather(
-        batch.body, [&](std::size_t i, Four& row) { get(&load(i).torque, row); }, torque);
+        batch.body, [&](std::size_t i, Simd4d& row) { get(&load(i).torque, row); }, torque);
     gather(
-        batch.body, [&](std::size_t i, Four& row) { get_three(s_.angular_momentum[i], row); },
+        batch.body, [&](std::size_t i, Simd4d& row) { get_three(s_.angular_momentum[i], row); },
         momentum);
     r.turn_back(half_, torque, turned);
     for (int k = 0; k < kicks; ++k) {
@@ -63,13 +63,13 @@ class BodyIntegrator {
 
   [[gnu::always_inline]] void gather_orientation(const BodyBatch& batch, Columns4& q) const {
     gather(
-        batch.body, [&](std::size_t i, Four& row) { get(s_.orientation[i].coeffs().data(), row); },
-        q);
+        batch.body,
+        [&](std::size_t i, Simd4d& row) { get(s_.orientation[i].coeffs().data(), row); }, q);
   }
   [[gnu::always_inline]] void gather_inverse_inertia(const BodyBatch& batch,
                                                      Columns4& inverse) const {
     gather(
-        batch.body, [&](std::size_t i, Four& row) { get_three(body(i).inverse_inertia, row); },
+        batch.body, [&](std::size_t i, Simd4d& row) { get_three(body(i).inverse_inertia, row); },
         inverse);
   }
   [[gnu::always_inline]] void compute_angular_velocity(const Rotations& r, const Columns4& momentum,
@@ -77,17 +77,17 @@ class BodyIntegrator {
                                                        Columns4& angular_velocity) const {
     const Columns3 rates{momentum.x * inverse.x, momentum.y * inverse.y, momentum.z * inverse.z};
     r.turn(rates, angular_velocity);
-    angular_velocity.w = Lanes(0.0);
+    angular_velocity.w = Simd8d(0.0);
   }
 
   [[gnu::always_inline]] void store_angular_velocity(const BodyBatch& batch,
                                                      Columns4& angular_velocity) const {
-    Four rows[Lanes::size];
+    Simd4d rows[Simd8d::size];
     scatter(angular_velocity, rows);
     for (int k = 0; k < batch.count; ++k) put(rows[k], &s_.motion[batch.body[k]].angular_velocity);
   }
   [[gnu::always_inline]] void store_momentum(const BodyBatch& batch, Columns4& momentum) const {
-    Four rows[Lanes::size];
+    Simd4d rows[Simd8d::size];
     scatter(momentum, rows);
     for (int k = 0; k < batch.count; ++k) put_three(rows[k], s_.angular_momentum[batch.body[k]]);
   }
@@ -101,7 +101,7 @@ class BodyIntegrator {
   const BodyLoad* loads_;
   std::size_t first_;
   double dt_, half_ = 0.5 * dt_;
-  Four gravity_;
+  Simd4d gravity_;
 };
 
 // True when a body has moved further than its skin.
@@ -111,32 +111,32 @@ bool kick_and_drift_batch(const BodyIntegrator& integrator, BodyBatch& batch) {
   State& s = integrator.s_;
   batch.fill_up();
   Columns4 q, momentum, inverse, angular_velocity, velocity;
-  Four rows[Lanes::size];
+  Simd4d rows[Simd8d::size];
   for (int k = 0; k < batch.count; ++k) {
     const std::size_t i = batch.body[k];
-    Four place;
+    Simd4d place;
     integrator.kick_velocity<kicks>(i, rows[k]);
     get(&s.motion[i].position, place);
     put(place + integrator.dt_ * rows[k], &s.motion[i].position);
   }
-  for (int k = batch.count; k < Lanes::size; ++k) get(&s.motion[batch.body[k]].velocity, rows[k]);
+  for (int k = batch.count; k < Simd8d::size; ++k) get(&s.motion[batch.body[k]].velocity, rows[k]);
   integrator.gather_orientation(batch, q);
   integrator.kick_momentum<kicks>(batch, Rotations(q), momentum);
   integrator.gather_inverse_inertia(batch, inverse);
   FreeRotations free{{q.x, q.y, q.z, q.w},
                      {momentum.x, momentum.y, momentum.z},
                      {inverse.x, inverse.y, inverse.z}};
-  rotate_free(free, integrator.dt_);
+  rotate_torque_free(free, integrator.dt_);
   q = {free.q[0], free.q[1], free.q[2], free.q[3]};
-  momentum = {free.momentum[0], free.momentum[1], free.momentum[2], Lanes(0.0)};
+  momentum = {free.momentum[0], free.momentum[1], free.momentum[2], Simd8d(0.0)};
   const Rotations r(q);
   integrator.compute_angular_velocity(r, momentum, inverse, angular_velocity);
-  const Lanes turned =
-      norm(angular_velocity.x, angular_velocity.y, angular_velocity.z) * Lanes(integrator.dt_);
+  const Simd8d turned =
+      norm(angular_velocity.x, angular_velocity.y, angular_velocity.z) * Simd8d(integrator.dt_);
   velocity = {{rows[0], rows[4]}, {rows[1], rows[5]}, {rows[2], rows[6]}, {rows[3], rows[7]}};
   transpose(velocity.x.low, velocity.y.low, velocity.z.low, velocity.w.low);
   transpose(velocity.x.high, velocity.y.high, velocity.z.high, velocity.w.high);
-  const Lanes gone = norm(velocity.x, velocity.y, velocity.z) * Lanes(integrator.dt_);
+  const Simd8d gone = norm(velocity.x, velocity.y, velocity.z) * Simd8d(integrator.dt_);
   for (int k = 0; k < batch.count; ++k) {
     const std::size_t i = batch.body[k];
     s.turn[i] += turned[k];
@@ -153,7 +153,7 @@ bool kick_and_drift_batch(const BodyIntegrator& integrator, BodyBatch& batch) {
 void kick_batch(const BodyIntegrator& integrator, BodyBatch& batch) {
   batch.fill_up();
   Columns4 q, momentum, inverse, angular_velocity;
-  Four velocity;
+  Simd4d velocity;
   for (int k = 0; k < batch.count; ++k) integrator.kick_velocity<1>(batch.body[k], velocity);
   integrator.gather_orientation(batch, q);
   const Rotations r(q);
@@ -170,13 +170,13 @@ void sum_loads(const Workspace& w, State& s, std::size_t begin, std::size_t end,
   const std::uint32_t* const first = w.load_index.first.data();
   const std::uint32_t* const list = w.load_index.loads.data();
   const std::uint32_t last = first[end];
-  const RangeLoad* const of_ranges = w.loads.data();
+  const BlockLoad* const of_ranges = w.loads.data();
   for (std::size_t i = begin; i < end; ++i) {
-    Four force = {0, 0, 0, 0}, torque = force, more;
+    Simd4d force = {0, 0, 0, 0}, torque = force, more;
     double peak = s.peak_normal_force[i];
     for (std::uint32_t k = first[i]; k < first[i + 1]; ++k) {
       if (k + kAhead < last) fetch<Cache::first>(of_ranges + list[k + kAhead]);
-      const RangeLoad& load = of_ranges[list[k]];
+      const BlockLoad& load = of_ranges[list[k]];
       peak = std::max(peak, load.force.w);
       get(&load.force, more);
       force += more;
@@ -200,14 +200,14 @@ class LoadPrefetcher {
         next_(w.load_index.loads.data() + w.load_index.first[begin]),
         end_(w.load_index.loads.data() + w.load_index.first[end]) {}
 
-  void fetch_some() {
+  void advance() {
     constexpr std::ptrdiff_t kSome = 20;  // 2.4 for each body
     const std::uint32_t* const stop = next_ + std::min(kSome, end_ - next_);
     while (next_ < stop) fetch(loads_ + *next_++);
   }
 
  private:
-  const RangeLoad* loads_;
+  const BlockLoad* loads_;
   const std::uint32_t *next_, *end_;
 };
 
@@ -215,7 +215,7 @@ class LoadPrefetcher {
 // last. Processors follow an array by themselves, but stop at the end of every page, and a batch
 // reads six. Always inlined, see prefetch.h.
 [[gnu::always_inline]] inline void fetch_bodies(const State& s, std::size_t first) {
-  constexpr std::size_t kMany = Lanes::size;
+  constexpr std::size_t kMany = Simd8d::size;
   fetch(s.motion.data() + first, kMany);
   fetch(s.orientation.data() + first, kMany);
   fetch(s.angular_momentum.data() + first, kMany);
@@ -231,7 +231,7 @@ void for_body_batches(const State& s, std::size_t begin, std::size_t end, const 
   for (std::size_t i = begin; i < end; ++i) {
     if (s.presence[i] != Presence::present) continue;
     batch.body[batch.count++] = i;
-    if (batch.count < Lanes::size) continue;
+    if (batch.count < Simd8d::size) continue;
     move(batch);
     batch.count = 0;
   }
@@ -256,7 +256,7 @@ void integrate_positions(const Model& model, Workspace& w, State& s, bool both_k
       const BodyIntegrator integrator(model, w, s, loads, begin);
       LoadPrefetcher ahead(w, end, goes_on ? std::min(n, end + kBodiesPerTask) : end);
       for_body_batches(s, begin, end, [&](BodyBatch& batch) {
-        ahead.fetch_some();
+        ahead.advance();
         if (goes_on || batch.body[0] + kBodiesAhead < end)
           fetch_bodies(s, batch.body[0] + kBodiesAhead);
         leaves |= kick_and_drift_batch<2>(integrator, batch);
@@ -271,7 +271,7 @@ void integrate_positions(const Model& model, Workspace& w, State& s, bool both_k
   };
   const std::size_t ranges = w.needs_rebuild.size();
   parallel_for_blocks(
-      w.threads, ranges, ranges_of_task(w.threads, ranges),
+      w.threads, ranges, blocks_per_task(w.threads, ranges),
       [&](std::size_t first, std::size_t last) {
         for (std::size_t r = first; r < last; ++r) move(r * kBodiesPerTask, r + 1 < last);
       },

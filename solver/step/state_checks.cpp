@@ -27,7 +27,7 @@ Energy energy_of(const Model& model, const Workspace& w, const State& s) {
   double stored_walls = 0;
   for (const Pair& pair : s.pairs) {
     for (std::uint32_t k = 0; k < pair.patch_count; ++k) {
-      const Patch& patch = s.patches[pair.first_patch + k];
+      const ContactPatch& patch = s.patches[pair.first_patch + k];
       const StoredEnergy one =
           stored_energy(w.laws[pair.law], patch, s.patch_details[pair.first_patch + k].rolling,
                         s.points.data() + patch.first_point);

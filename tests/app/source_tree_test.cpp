@@ -123,7 +123,7 @@ class ProgramIdentity : public testing::Test {
     const std::string text = read_text(path("version.txt"));
     std::smatch match;
     EXPECT_TRUE(
-        std::regex_search(text, match, std::regex("firn_program\\(\\) .*\"([0-9a-f]{16})\"")));
+        std::regex_search(text, match, std::regex("program_identity\\(\\) .*\"([0-9a-f]{16})\"")));
     return match[1];
   }
   // Paths of the copied sources below `folder`, relative to the copy.

@@ -242,14 +242,14 @@ TEST(Parameters, ValuesAreRoundedRelativeToTheirRange) {
       p.max = max;
       p.logarithmic = logarithmic;
       for (double u = 0; u <= 1; u += 0.0371) {
-        EXPECT_NEAR(p.to_unit(p.tidy(u)), u, 1.01e-3) << min << ' ' << max;
-        EXPECT_EQ(std::stod(p.text(p.tidy(u))), p.tidy(u));
+        EXPECT_NEAR(p.to_unit(p.rounded(u)), u, 1.01e-3) << min << ' ' << max;
+        EXPECT_EQ(std::stod(p.text(p.rounded(u))), p.rounded(u));
       }
     }
   Parameter usual;  // as before
   usual.min = 0.03;
   usual.max = 0.5;
-  EXPECT_EQ(usual.text(usual.tidy(0.34567)), fmt::format("{:.4g}", usual.from_unit(0.34567)));
+  EXPECT_EQ(usual.text(usual.rounded(0.34567)), fmt::format("{:.4g}", usual.from_unit(0.34567)));
 }
 
 TEST(Parameters, ANarrowRangeFarFromZeroIsCalibrated) {

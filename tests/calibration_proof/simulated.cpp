@@ -126,7 +126,7 @@ std::vector<JobResult> SimulatedStudies::runs_at(const Values& values, std::uint
         job.overrides.emplace_back(key, problem_.unknowns[i].text(values[i]));
     job.case_file = case_file;
     job.text = executor_->resolve(job.case_file, job.overrides, {}).text;
-    job.key = run_key(job.text, firn_program());
+    job.key = run_key(job.text, program_identity());
     job.folder = (fs::path(folder_) / "runs").string();
     keys.push_back(job.key);
     if (const auto known = store_.find(job.key))
@@ -138,7 +138,7 @@ std::vector<JobResult> SimulatedStudies::runs_at(const Values& values, std::uint
   events.started = [](const Job&) {};
   events.ended = [&](const Job& job, const JobResult& result) {
     results[job.key] = result;
-    store_.add({job.key, job.text, firn_program(), {}}, result);
+    store_.add({job.key, job.text, program_identity(), {}}, result);
   };
   executor_->run(jobs, events);
   fs::remove_all(fs::path(folder_) / "runs");

@@ -120,7 +120,7 @@ inline int read_everything(const std::string& file, const std::filesystem::path&
     accepted += accepts([&] { run_page(file).write((folder / "page.html").string()); });
   accepted += accepts([&] {
     const Case c = start_from(file);
-    for (const Case::Placed& p : c.placed)
+    for (const Case::InitialParticle& p : c.placed)
       require(p.position.allFinite() && p.velocity.allFinite() && std::isfinite(p.insert_time),
               "a start is finite");
   });

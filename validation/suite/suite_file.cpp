@@ -37,7 +37,7 @@ Measurement measurement_of_case(const TomlTable& t, const Suite& suite) {
 ParameterSet read_parameter_set(const TomlTable& t, const Suite& suite) {
   t.allow({"name", "note", "material", "set", "samples"});
   ParameterSet p;
-  p.name = fresh_name(t, suite.parameter_sets);
+  p.name = unique_table_name(t, suite.parameter_sets);
   p.note = t.string("note", "");
   p.material = t.string("material", "");
   p.set = read_case_overrides(t);
@@ -104,7 +104,7 @@ Refinement read_refinement(const TomlTable& t, const Seeds& seeds) {
 Variant read_variant(const TomlTable& t, const std::vector<Variant>& others, const Seeds& seeds) {
   t.allow({"name", "set", "seeds", "numerics", "assumed"});
   Variant v;
-  v.name = fresh_name(t, others);
+  v.name = unique_table_name(t, others);
   v.set = read_case_overrides(t);
   if (v.set.empty())
     t.fail("set", "is missing; expected what differs, such as { \"case.timestep\" = \"5 us\" }");
@@ -124,7 +124,7 @@ SuiteExperiment read_experiment(const TomlTable& t, const Suite& suite, const Se
   t.allow({"name", "case", "set", "seeds", "samples", "parameter_sets", "refine", "variants",
            "assumes"});
   SuiteExperiment e;
-  e.name = fresh_name(t, suite.experiments);
+  e.name = unique_table_name(t, suite.experiments);
   e.case_file = relative_to(suite, t.string("case"));
   std::error_code unreadable;  // as a name that is too long
   if (!fs::exists(e.case_file, unreadable))
@@ -219,7 +219,7 @@ SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
            "tolerance", "calibrated_by_design", "not_comparable", "expected_outcome",
            "real_modulus"});
   SuiteComparison c;
-  c.name = fresh_name(t, suite.comparisons);
+  c.name = unique_table_name(t, suite.comparisons);
   c.title = t.string("title", c.name);
   c.note = t.string("note", "");
   c.kind = read_kind(t);
@@ -332,7 +332,7 @@ Suite read_suite(const std::string& file) {
   root.allow({"suite", "execution", "parameter_sets", "experiments", "chosen", "comparisons"});
   const TomlTable head = root.required_table("suite");
   head.allow({"name", "title", "note", "seeds", "first_seed", "threads"});
-  suite.name = path_name(head);
+  suite.name = valid_name(head);
   suite.title = head.string("title", suite.name);
   suite.note = head.string("note", "");
   suite.threads = head.integer("threads", 1, 1);

@@ -108,7 +108,7 @@ struct LocalExecutorOptions {
   const std::atomic<bool>* interrupt = nullptr;
 };
 
-std::string own_program();  // path of the running executable
+std::string current_executable();  // path of the running executable
 
 // One process of `firn run` per job: a crash of one does not affect the others.
 std::unique_ptr<Executor> local_executor(const LocalExecutorOptions& options);

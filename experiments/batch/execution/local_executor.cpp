@@ -18,7 +18,7 @@ namespace {
 class LocalExecutor final : public Executor {
  public:
   explicit LocalExecutor(const LocalExecutorOptions& options) : options_(options) {
-    if (options_.program.empty()) options_.program = own_program();
+    if (options_.program.empty()) options_.program = current_executable();
     if (options_.jobs <= 0)
       options_.jobs = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   }
@@ -73,7 +73,9 @@ ResolvedCase Executor::resolve(const std::string& case_file, const std::vector<O
   return {std::move(c.resolved), std::move(c.identity)};
 }
 
-std::string own_program() { return std::filesystem::read_symlink("/proc/self/exe").string(); }
+std::string current_executable() {
+  return std::filesystem::read_symlink("/proc/self/exe").string();
+}
 
 const char* to_string(JobStatus status) {
   switch (status) {

@@ -26,7 +26,7 @@ struct RunLabel {
 
 struct PlannedRun {
   std::string key, case_text;
-  std::string program;  // identity of the simulating program: firn_program()
+  std::string program;  // identity of the simulating program: program_identity()
   RunLabel label;
 };
 

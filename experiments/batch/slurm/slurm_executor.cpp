@@ -42,8 +42,8 @@ class SlurmExecutor final : public Executor {
  public:
   SlurmExecutor(const SlurmOptions& options, Journal& journal)
       : options_(options), journal_(journal) {
-    if (options_.program.empty()) options_.program = own_program();
-    if (options_.task_program.empty()) options_.task_program = own_program();
+    if (options_.program.empty()) options_.program = current_executable();
+    if (options_.task_program.empty()) options_.task_program = current_executable();
   }
 
   void run(const std::vector<Job>& jobs, const JobEvents& events) override {

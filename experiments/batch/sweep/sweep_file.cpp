@@ -19,7 +19,7 @@ constexpr int default_trajectories = 6;
 SweptKey read_key(const TomlTable& t, const Sweep& sweep) {
   t.allow({"name", "keys", "values", "materials"});
   SweptKey k;
-  k.name = fresh_name(t, sweep.vary);
+  k.name = unique_table_name(t, sweep.vary);
   if (t.has("materials")) {
     for (const char* other : {"keys", "values"})
       if (t.has(other))
@@ -111,7 +111,7 @@ Sweep read_sweep(const std::string& file) {
   const TomlTable head = root.required_table("sweep");
   head.allow({"name", "case", "set", "materials", "responses", "seeds", "first_seed", "design",
               "threads", "trajectories", "design_seed"});
-  s.name = path_name(head);
+  s.name = valid_name(head);
   s.case_file = case_path(head, file, "sweep");
   s.set = read_case_overrides(head);
   s.materials = head.strings("materials");

@@ -57,7 +57,7 @@ Boundary read_geometry(const TomlTable& t, const std::string& directory) {
     const double thickness = t.quantity("thickness", dimension::length, Sign::positive, "2 mm");
     b.kind = Boundary::Kind::solid;
     b.mesh = read_mesh(t, directory, kBoundaryMesh);
-    b.parts = t.at("file", [&] { return boundary_parts(b.mesh, thickness); });
+    b.parts = t.at("file", [&] { return wall_solids(b.mesh, thickness); });
   }
   b.origin = t.vector("position", dimension::length, "0 0 0 m");
   b.orientation = t.orientation("orientation");
@@ -72,7 +72,7 @@ std::vector<Boundary> read_boundaries(const TomlTable& root, const std::vector<M
   std::vector<Boundary> boundaries;
   for (const TomlTable& t : root.tables("boundaries")) {
     Boundary b = read_geometry(t, directory);
-    b.name = path_name(t);
+    b.name = valid_name(t);
     b.material = material_index(t, "material", materials);
     b.rigid = t.boolean("rigid", false);
     b.stiffness =

@@ -40,7 +40,7 @@ std::vector<BoundaryContact> read_boundary_contacts(const TomlTable& root, const
     if (std::ranges::any_of(contacts, same))
       t.fail("between", "names a pair that has a contact already; expected one table a pair");
     if (!t.has("name")) t.set("name", names[0] + "-" + names[1]);
-    c.name = fresh_name(t, contacts);
+    c.name = unique_table_name(t, contacts);
     c.law = read_dry_interaction(t, {"name", "between", "stiffness", "rounding"});
     c.stiffness = t.quantity("stiffness", dimension::stiffness, Sign::positive);
     c.rounding = t.quantity("rounding", dimension::length, Sign::positive, "0.5 mm");

@@ -71,7 +71,7 @@ std::vector<Coupling> read_couplings(const TomlTable& root,
     c.a = body_index(t, names[0], frames);
     c.b = body_index(t, names[1], frames);
     if (!t.has("name")) t.set("name", names[0] + "-" + names[1]);
-    c.name = fresh_name(t, couplings);
+    c.name = unique_table_name(t, couplings);
     std::vector<std::string_view> keys{"kind", "between", "name"};
     if (kind == "gear" || kind == "cam") {
       keys.emplace_back("joints");

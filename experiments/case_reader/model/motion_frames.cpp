@@ -268,7 +268,7 @@ std::vector<MotionFrame> read_motion_frames(const TomlTable& root) {
   for (const TomlTable& t : root.tables("motion_frames")) {
     t.allow({"name", "parent", "position", "motions", "free"});
     MotionFrame frame;
-    frame.name = fresh_name(t, frames);
+    frame.name = unique_table_name(t, frames);
     frame.parent = optional_frame(t, "parent", frames);
     frame.origin = t.vector("position", dimension::length, "0 0 0 m");
     for (const TomlTable& motion : t.tables("motions"))

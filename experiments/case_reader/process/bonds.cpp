@@ -27,7 +27,8 @@ struct Standing {
 };
 using Couple = std::array<Standing, 2>;
 
-Standing standing(const Model& model, int particle, const Vec3& position, const Quat& orientation) {
+Standing supported_particle(const Model& model, int particle, const Vec3& position,
+                            const Quat& orientation) {
   const Quat body = (orientation * shape_of(model, particle).shape_from_body).normalized();
   return {particle, {position, Vec3::Zero(), Vec3::Zero(), body}};
 }
@@ -48,7 +49,7 @@ std::vector<Couple> pairs_from_inlet(const TomlTable& t, const Case& c) {
     Standing before;
     for (std::size_t place = 0; place < places; ++place, ++particle) {
       const InletPose pose = inlet_pose(*source, place, particle, c.seed);
-      const Standing now = standing(c.model, particle, pose.position, pose.orientation);
+      const Standing now = supported_particle(c.model, particle, pose.position, pose.orientation);
       if (place > 0) couples.push_back({before, now});
       before = now;
     }
@@ -58,8 +59,8 @@ std::vector<Couple> pairs_from_inlet(const TomlTable& t, const Case& c) {
 
 // Pairs of [[particles]], by their numbers or by tags that one of them carries each.
 std::vector<Couple> couples_of_pairs(const TomlTable& t, const Case& c, std::string_view key) {
-  std::unordered_multimap<int, const Case::Placed*> bodies;
-  for (const Case::Placed& p : c.placed)
+  std::unordered_multimap<int, const Case::InitialParticle*> bodies;
+  for (const Case::InitialParticle& p : c.placed)
     bodies.emplace(key == "tags" ? c.model.particles[index(p.particle)].tag : p.particle, &p);
   const auto find = [&](int number) {
     const std::size_t count = bodies.count(number);
@@ -67,8 +68,8 @@ std::vector<Couple> couples_of_pairs(const TomlTable& t, const Case& c, std::str
       t.fail(key, fmt::format("{} is {} of {} bodies; expected that of exactly one under "
                               "[[particles]]",
                               number, key == "tags" ? "the tag" : "the number", count));
-    const Case::Placed& p = *bodies.find(number)->second;
-    return standing(c.model, p.particle, p.position, p.orientation);
+    const Case::InitialParticle& p = *bodies.find(number)->second;
+    return supported_particle(c.model, p.particle, p.position, p.orientation);
   };
   std::vector<Couple> couples;
   std::set<std::pair<int, int>> joined;
@@ -129,9 +130,9 @@ std::vector<PlannedBond> bonds_at_contacts(const TomlTable& t, const Case& c) {
   bodies.numerics.overlap_limit = std::numeric_limits<double>::max();  // checked by the run
   Solver solver(std::move(bodies));
   std::unordered_map<int, Standing> at;
-  for (const Case::Placed& p : c.placed) {
+  for (const Case::InitialParticle& p : c.placed) {
     solver.insert(p.particle, p.position, p.orientation, Vec3::Zero(), Vec3::Zero());
-    at.emplace(p.particle, standing(c.model, p.particle, p.position, p.orientation));
+    at.emplace(p.particle, supported_particle(c.model, p.particle, p.position, p.orientation));
   }
   solver.step();
   std::vector<PlannedBond> planned;

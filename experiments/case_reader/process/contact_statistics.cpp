@@ -54,9 +54,9 @@ std::vector<MonitoredBoundary> read_monitored(const TomlTable& t, const Model& m
   return monitored;
 }
 
-EnergyClasses read_energies(const TomlTable& t) {
+EnergyBins read_energies(const TomlTable& t) {
   t.allow({"lowest", "decades", "per_decade"});
-  EnergyClasses classes;
+  EnergyBins classes;
   classes.lowest = t.quantity("lowest", dimension::energy, Sign::positive);
   classes.decades = t.integer("decades", 1, 8);
   classes.per_decade = t.integer("per_decade", 1, 5);

@@ -244,7 +244,7 @@ void read_placed(const TomlTable& t, Case& c) {
   for (const TomlTable& one : t.tables("particles")) {
     one.allow({"shape", "tag", "batch", "insert_time", "position", "orientation", "velocity",
                "angular_velocity"});
-    Case::Placed p;
+    Case::InitialParticle p;
     p.particle = static_cast<int>(c.model.particles.size());
     p.position = one.vector("position", dimension::length);
     p.orientation = one.orientation("orientation");

@@ -46,40 +46,40 @@ Grid read_grid(const TomlTable& t) {
 }
 
 // What the seed decides about a placed body.
-struct Chance {
+struct Jitter {
   Vec3 scatter = Vec3::Zero();  // m, half widths about the position
   double turn = 0;              // rad, half width about `axis`
   Vec3 axis = Vec3::UnitZ();    // unit, world
   bool any_orientation = false;
 };
 
-Chance read_chance(const TomlTable& t) {
-  Chance chance;
-  chance.scatter = t.vector("position_jitter", dimension::length, "0 0 0 m");
-  if (chance.scatter.minCoeff() < 0) {
+Jitter read_jitter(const TomlTable& t) {
+  Jitter jitter;
+  jitter.scatter = t.vector("position_jitter", dimension::length, "0 0 0 m");
+  if (jitter.scatter.minCoeff() < 0) {
     t.fail("position_jitter", "has a component below zero; expected half widths of at least zero");
   }
-  chance.any_orientation = t.boolean("random_orientation", false);
+  jitter.any_orientation = t.boolean("random_orientation", false);
   if (t.has("rotation_jitter")) {
-    chance.turn = t.quantity("rotation_jitter", dimension::angle, Sign::non_negative);
+    jitter.turn = t.quantity("rotation_jitter", dimension::angle, Sign::non_negative);
     if (!t.has("rotation_jitter_axis")) t.set("rotation_jitter_axis", toml::array{0, 0, 1});
-    chance.axis = t.direction("rotation_jitter_axis");
+    jitter.axis = t.direction("rotation_jitter_axis");
   } else if (t.has("rotation_jitter_axis")) {
     t.fail("rotation_jitter_axis", "has no meaning without a turn; expected one");
   }
-  return chance;
+  return jitter;
 }
 
 // Each body has a separate random stream and draws the same numbers whichever keys are set.
-void disturb(Case::Placed& p, const Chance& chance, std::uint64_t seed) {
+void apply_jitter(Case::InitialParticle& p, const Jitter& jitter, std::uint64_t seed) {
   RandomStream random(seed, kPlacedStream, static_cast<std::uint64_t>(p.particle));
   const auto about_zero = [&] { return 2 * random.uniform() - 1; };
   const double x = about_zero(), y = about_zero(), z = about_zero(), turn = about_zero();
   const Quat any = random.uniform_rotation();
-  p.position += chance.scatter.cwiseProduct(Vec3(x, y, z));
-  if (chance.any_orientation) p.orientation = any;
-  if (chance.turn > 0) {
-    p.orientation = Quat(Eigen::AngleAxisd(chance.turn * turn, chance.axis)) * p.orientation;
+  p.position += jitter.scatter.cwiseProduct(Vec3(x, y, z));
+  if (jitter.any_orientation) p.orientation = any;
+  if (jitter.turn > 0) {
+    p.orientation = Quat(Eigen::AngleAxisd(jitter.turn * turn, jitter.axis)) * p.orientation;
     p.orientation.normalize();
   }
 }
@@ -123,18 +123,18 @@ void read_particles(const TomlTable& root, Case& c) {
              "spacing", "position_jitter", "rotation_jitter", "rotation_jitter_axis",
              "random_orientation"});
     const Particle particle{shape_index(t, "shape", model.shapes), t.integer("tag", 0, 0)};
-    Case::Placed first;
+    Case::InitialParticle first;
     const std::vector<Vec3> positions = grid_positions(t);
     first.orientation = t.orientation("orientation");
     first.velocity = t.vector("velocity", dimension::velocity, "0 0 0 m/s");
     first.angular_velocity =
         t.vector("angular_velocity", dimension::angular_velocity, "0 0 0 rad/s");
-    const Chance chance = read_chance(t);
+    const Jitter jitter = read_jitter(t);
     for (const Vec3& position : positions) {
-      Case::Placed p = first;
+      Case::InitialParticle p = first;
       p.particle = static_cast<int>(model.particles.size());
       p.position = position;
-      disturb(p, chance, c.seed);
+      apply_jitter(p, jitter, c.seed);
       model.particles.push_back(particle);
       c.placed.push_back(p);
       c.particle_places.push_back(t.place());
@@ -152,7 +152,7 @@ std::vector<Fill> read_fills(const TomlTable& root, const std::vector<Shape>& sh
     fill.shape = shape.name;
     fill.count = read_amount(t, shape);
     fill.tag = t.integer("tag", 0, 0);
-    fill.tag_batches = t.choice("tag_mode", {"fill", "batch"}, "fill") == "batch";
+    fill.tag_by_batch = t.choice("tag_mode", {"fill", "batch"}, "fill") == "batch";
     fill.stage = t.has("stage") ? t.string("stage") : "";
     read_region(t, fill.region_min, fill.region_max);
     fill.start = t.quantity("start", dimension::time, Sign::non_negative, "0 s");
@@ -202,7 +202,7 @@ std::vector<Outlet> read_outlets(const TomlTable& root) {
   for (const TomlTable& t : root.tables("outlets")) {
     t.allow({"name", "point", "normal"});
     Outlet outlet;
-    outlet.name = fresh_name(t, outlets);
+    outlet.name = unique_table_name(t, outlets);
     outlet.point = t.vector("point", dimension::length);
     outlet.normal = t.direction("normal");
     outlets.push_back(outlet);
@@ -215,7 +215,7 @@ std::vector<Sensor> read_sensors(const TomlTable& root) {
   for (const TomlTable& t : root.tables("sensors")) {
     t.allow({"name", "region_min", "region_max", "point", "normal"});
     Sensor sensor;
-    sensor.name = fresh_name(t, sensors);
+    sensor.name = unique_table_name(t, sensors);
     sensor.is_box = t.has("region_min");
     if (sensor.is_box == t.has("point"))
       t.fail("point", "expected either region_min and region_max, or point and normal");
@@ -252,7 +252,7 @@ std::vector<LimitSwitch> read_limit_switches(const TomlTable& root,
   for (const TomlTable& t : root.tables("limit_switches")) {
     t.allow({"name", "motion_frame", "axis", "closes_at", "hysteresis", "hold_time"});
     LimitSwitch s;
-    s.name = fresh_name(t, limit_switches);
+    s.name = unique_table_name(t, limit_switches);
     s.frame = frame_index(t, "motion_frame", frames);
     s.axis = t.integer("axis", 0, 0);
     const std::optional<FreeBody>& free = frames[static_cast<std::size_t>(s.frame)].free;
@@ -276,18 +276,18 @@ std::vector<Inlet> read_inlets(const TomlTable& root, const std::vector<Shape>& 
              "position_jitter", "rotation_jitter", "rotation_jitter_axis", "random_orientation",
              "tag", "tag_mode", "start", "interval", "batches", "stage"});
     Inlet source;
-    source.name = fresh_name(t, inlets);
+    source.name = unique_table_name(t, inlets);
     source.shape = shapes[static_cast<std::size_t>(shape_index(t, "shape", shapes))].name;
     source.positions = grid_positions(t);
     source.orientation = t.orientation("orientation");
     source.velocity = t.vector("velocity", dimension::velocity, "0 0 0 m/s");
-    const Chance chance = read_chance(t);
-    source.position_jitter = chance.scatter;
-    source.rotation_jitter = chance.turn;
-    source.rotation_jitter_axis = chance.axis;
-    source.random_orientation = chance.any_orientation;
+    const Jitter jitter = read_jitter(t);
+    source.position_jitter = jitter.scatter;
+    source.rotation_jitter = jitter.turn;
+    source.rotation_jitter_axis = jitter.axis;
+    source.random_orientation = jitter.any_orientation;
     source.tag = t.integer("tag", 0, 0);
-    source.tag_batches = t.choice("tag_mode", {"inlet", "batch"}, "inlet") == "batch";
+    source.tag_by_batch = t.choice("tag_mode", {"inlet", "batch"}, "inlet") == "batch";
     source.start = t.quantity("start", dimension::time, Sign::non_negative, "0 s");
     source.batches = t.integer("batches", 1, 1);
     source.interval = t.quantity("interval", dimension::time, Sign::non_negative, "0 s");
@@ -317,14 +317,14 @@ std::vector<int> first_inlet_particles(const Case& c) {
 }
 
 InletPose inlet_pose(const Inlet& source, std::size_t place, int particle, std::uint64_t seed) {
-  Case::Placed p;
+  Case::InitialParticle p;
   p.particle = particle;
   p.position = source.positions[place];
   p.orientation = source.orientation;
-  disturb(p,
-          {source.position_jitter, source.rotation_jitter, source.rotation_jitter_axis,
-           source.random_orientation},
-          seed);
+  apply_jitter(p,
+               {source.position_jitter, source.rotation_jitter, source.rotation_jitter_axis,
+                source.random_orientation},
+               seed);
   return {p.position, p.orientation};
 }
 

@@ -227,7 +227,7 @@ std::vector<Measure> read_measures(const TomlTable& root, const Case& c) {
     }
     m.name = t.string("name", "");
     // The name becomes part of a path in results files.
-    if (!m.name.empty()) path_name(t);
+    if (!m.name.empty()) valid_name(t);
     for (const Measure& other : measures) {
       if (other.kind == m.kind && other.name == m.name) {
         t.fail("name", fmt::format("\"{}\" is taken by another measure of this kind; expected "

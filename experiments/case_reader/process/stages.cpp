@@ -179,7 +179,7 @@ Stage read_stage(const TomlTable& t, const Case& c) {
 std::vector<Stage> read_stages(const TomlTable& root, const Case& c) {
   std::vector<Stage> stages;
   for (const TomlTable& t : root.tables("stages")) {
-    fresh_name(t, stages);
+    unique_table_name(t, stages);
     stages.push_back(read_stage(t, c));
   }
   return stages;

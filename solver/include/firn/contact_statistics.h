@@ -18,7 +18,7 @@ struct MonitoredBoundary {
 
 // Energy classes of equal width on a logarithmic scale. Class 0: below the lowest bound. Last
 // class: at or above the highest bound.
-struct EnergyClasses {
+struct EnergyBins {
   double lowest = 0;   // J, above 0
   int per_decade = 0;  // 0: no classes
   int decades = 0;
@@ -44,7 +44,7 @@ struct StatisticsOptions {
   // axes as drawn (m), or none.
   std::vector<TriangleMesh> surfaces;
 
-  EnergyClasses energies;  // histogram of dissipated energies
+  EnergyBins energies;  // histogram of dissipated energies
 
   bool contacts() const { return events || !surfaces.empty() || energies.count() > 0; }
   bool any() const { return contacts() || compressive_loads || !monitored.empty(); }

@@ -38,14 +38,14 @@ struct Contact {
   Vec3 friction = Vec3::Zero();  // N, world, on a, tangential
   double friction_limit = 0;     // N, friction limit: static while sticking, dynamic while sliding
   bool sliding = false;
-  double torsion = 0;            // N m, about the normal, on a
-  double torsion_limit = 0;      // N m, torsion limit
-  Vec3 rolling = Vec3::Zero();   // N m, world, on a
-  double overlap = 0;            // m, of the deepest point; 0 when no point touches
-  double gap = 0;                // m, the smallest; negative: overlap
-  double stiffness = 0;          // N/m, K of the pair, loading, equation (4)
-  double unloading_ratio = 1;    // K_u / K = 1 / epsilon^2
-  double adhesion = 0;           // N, against the normal force
+  double torsion = 0;                    // N m, about the normal, on a
+  double torsion_limit = 0;              // N m, torsion limit
+  Vec3 rolling = Vec3::Zero();           // N m, world, on a
+  double overlap = 0;                    // m, of the deepest point; 0 when no point touches
+  double gap = 0;                        // m, the smallest; negative: overlap
+  double stiffness = 0;                  // N/m, K of the pair, loading, equation (4)
+  double unloading_stiffness_ratio = 1;  // K_u / K = 1 / epsilon^2
+  double adhesion = 0;                   // N, against the normal force
   Vec3 force = Vec3::Zero();     // N, world, on a: friction - (normal_force - adhesion) * normal
   Vec3 moment_a = Vec3::Zero();  // N m, world, on a about its center of mass
   Vec3 moment_b = Vec3::Zero();  // N m, world, on b about its center of mass (boundary: origin)

@@ -67,7 +67,7 @@ TEST(PlacedGrid, StandsInRowsAndScattersWithinItsHalfWidths) {
   double widest = 0;
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 2; ++j) {
-      const Case::Placed& p = c.placed[static_cast<std::size_t>(2 * i + j)];
+      const Case::InitialParticle& p = c.placed[static_cast<std::size_t>(2 * i + j)];
       EXPECT_EQ(p.particle, 2 * i + j);
       const Vec3 off = p.position - Vec3(0.1 * i, 0.2 * j, 0.05);
       EXPECT_LE(std::abs(off.x()), 10e-3);
@@ -101,7 +101,7 @@ TEST(PlacedGrid, AnyOrientationIsUniform) {
                        {"particles.0.turn", "0 deg"}});
   // The mean of 400 unit vectors without a preferred direction is shorter than 0.15 (3 sigma).
   Vec3 mean = Vec3::Zero();
-  for (const Case::Placed& p : c.placed) mean += p.orientation * Vec3::UnitZ() / 400;
+  for (const Case::InitialParticle& p : c.placed) mean += p.orientation * Vec3::UnitZ() / 400;
   EXPECT_LT(mean.norm(), 0.15);
 }
 

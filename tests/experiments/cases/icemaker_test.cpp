@@ -46,7 +46,7 @@ orientation = [0.7071067811865476, 0, 0, 0.7071067811865476]
 
 Solver started(const Case& c) {
   Solver solver(c.model);
-  for (const Case::Placed& p : c.placed) {
+  for (const Case::InitialParticle& p : c.placed) {
     solver.insert(p.particle, p.position, p.orientation, p.velocity, p.angular_velocity);
   }
   return solver;
@@ -62,7 +62,7 @@ TEST(Icemaker, IsClosedAndHoldsItsCrescents) {
     EXPECT_TRUE(inspect(b.mesh).sound()) << b.name << ": " << inspect(b.mesh).sentence();
   }
   Solver solver(c.model);
-  for (const Case::Placed& p : c.placed) {
+  for (const Case::InitialParticle& p : c.placed) {
     // The clearance is 1 mm, less the flats of both arcs, 0.05 and 0.09 mm.
     EXPECT_FALSE(solver.overlaps(0, p.position, p.orientation, 0.8e-3));
     EXPECT_TRUE(solver.overlaps(0, p.position, p.orientation, 1.1e-3));

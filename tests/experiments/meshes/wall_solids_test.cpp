@@ -45,7 +45,7 @@ double volume(const ConvexPart& part) {
 }
 
 TEST(BoundaryMesh, CoplanarTrianglesAreOnePart) {
-  const auto parts = boundary_parts(two_triangles(0, 0), 0.1);
+  const auto parts = wall_solids(two_triangles(0, 0), 0.1);
   ASSERT_EQ(parts.size(), 1u);
   // A prism of area 1: its free sides are square to the face.
   EXPECT_NEAR(volume(parts[0]), 0.1, 1e-12);
@@ -57,7 +57,7 @@ TEST(BoundaryMesh, CoplanarTrianglesAreOnePart) {
 TEST(BoundaryMesh, AlmostCoplanarTrianglesKeepTheirSeam) {
   // Well beyond the rounding of a file of single precision.
   for (const double height : {1e-5, -1e-5}) {
-    const auto parts = boundary_parts(two_triangles(0, height), 0.1);
+    const auto parts = wall_solids(two_triangles(0, height), 0.1);
     ASSERT_EQ(parts.size(), 2u);
     EXPECT_NEAR(seam(parts[0]).normal.x(), 1, 1e-5);
     EXPECT_NEAR(seam(parts[1]).normal.x(), -1, 1e-5);
@@ -103,7 +103,7 @@ TEST(BoundaryMesh, FlatMeshesAreOnePartHoweverTheyAreCut) {
         v = turn * v;
         if (single_precision) v = v.cast<float>().cast<double>();
       }
-      const auto parts = boundary_parts(mesh, 2e-3);
+      const auto parts = wall_solids(mesh, 2e-3);
       EXPECT_EQ(parts.size(), 1u) << cells << " cells";
       expect_tiling(parts, size, size * size, turn);
     }
@@ -125,7 +125,7 @@ TEST(BoundaryMesh, FlatMeshesWithHolesAreFewConvexParts) {
     for (const int cell : {cells * cells / 2 + 1, cells + 1})
       mesh.triangles.erase(mesh.triangles.begin() + 2 * cell,
                            mesh.triangles.begin() + 2 * cell + 2);
-    const auto parts = boundary_parts(mesh, 2e-3);
+    const auto parts = wall_solids(mesh, 2e-3);
     EXPECT_LT(parts.size(), mesh.triangles.size() / 2 + 10);
     expect_tiling(parts, size, area, Mat3::Identity());
   }
@@ -148,7 +148,7 @@ TEST(BoundaryMesh, SliversLeaveTheOtherTrianglesAsTheyAre) {
     mesh.triangles.push_back({1, 3, 4});
     std::vector<ConvexPart> parts;
     try {
-      parts = boundary_parts(mesh, 0.1);
+      parts = wall_solids(mesh, 0.1);
     } catch (const InputError& refused) {
       EXPECT_EQ(std::string(refused.what()).find('\n'), std::string::npos);
       EXPECT_NE(std::string(refused.what()).find("triangle"), std::string::npos) << refused.what();
@@ -178,16 +178,15 @@ TEST(BoundaryMesh, SideWithDifferentNeighborsIsNoSideOfOnePart) {
   mesh.vertices = {{0, 0, 0}, {2, 0, 0},   {2, 1, 0},   {1, 1, 0},
                    {0, 1, 0}, {0.5, 2, 1}, {1.5, 2, -1}};
   mesh.triangles = {{0, 1, 3}, {1, 2, 3}, {0, 3, 4}, {4, 3, 5}, {3, 2, 6}};
-  for (const ConvexPart& part : boundary_parts(mesh, 0.1))
-    EXPECT_LE(part.internal_normals.size(), 3u);
-  EXPECT_GT(boundary_parts(mesh, 0.1).size(), 3u);
+  for (const ConvexPart& part : wall_solids(mesh, 0.1)) EXPECT_LE(part.internal_normals.size(), 3u);
+  EXPECT_GT(wall_solids(mesh, 0.1).size(), 3u);
 }
 
 TEST(BoundaryMesh, RidgeIsCutAlongItsBisector) {
   // Both faces fall away from the ridge by 45 degrees: the bisector is upright. The left prism
   // narrows downwards: its section is a parallelogram less the triangle behind the bisector.
   const double t = 0.1, slope = std::sqrt(2.0);
-  const auto parts = boundary_parts(two_triangles(-1, -1), t);
+  const auto parts = wall_solids(two_triangles(-1, -1), t);
   ASSERT_EQ(parts.size(), 2u);
   EXPECT_TRUE(seam(parts[0]).normal.isApprox(Vec3::UnitX(), 1e-12));
   EXPECT_TRUE(seam(parts[1]).normal.isApprox(-Vec3::UnitX(), 1e-12));
@@ -208,7 +207,7 @@ TEST(BoundaryMesh, RidgeIsCutAlongItsBisector) {
 
 TEST(BoundaryMesh, ValleyIsClosedAlongItsBisector) {
   const double t = 0.1;
-  const auto parts = boundary_parts(two_triangles(1, 1), t);
+  const auto parts = wall_solids(two_triangles(1, 1), t);
   ASSERT_EQ(parts.size(), 2u);
   EXPECT_TRUE(seam(parts[0]).normal.isApprox(Vec3::UnitX(), 1e-12));
   // Behind the valley the prisms widen until they meet: the lowest points lie on the bisector,
@@ -227,13 +226,13 @@ TEST(BoundaryMesh, ThinFinsStayOpenAtTheFold) {
   TriangleMesh mesh;
   mesh.vertices = {{0, 0, 0}, {0, 1, 0}, {-1, 0.5, 0.02}, {-1, 0.5, -0.02}};
   mesh.triangles = {{0, 1, 2}, {1, 0, 3}};
-  for (const auto& part : boundary_parts(mesh, 0.1)) {
+  for (const auto& part : wall_solids(mesh, 0.1)) {
     for (const auto& face : part.faces) EXPECT_FALSE(face.internal);
   }
 }
 
 TEST(BoundaryMesh, ClosedConvexMeshIsOnePart) {
-  const auto parts = boundary_parts(box_mesh({1, 2, 3}), 0.1);
+  const auto parts = wall_solids(box_mesh({1, 2, 3}), 0.1);
   ASSERT_EQ(parts.size(), 1u);
   EXPECT_EQ(parts[0].faces.size(), 6u);
   EXPECT_NEAR(volume(parts[0]), 6, 1e-12);
@@ -251,7 +250,7 @@ TEST(BoundaryMesh, ClosedConcaveMeshIsAShell) {
     mesh.triangles.push_back({a, b, middle});
   }
   ASSERT_TRUE(inspect(mesh).sound()) << inspect(mesh).sentence();
-  const auto parts = boundary_parts(mesh, 0.1);
+  const auto parts = wall_solids(mesh, 0.1);
   EXPECT_EQ(parts.size(), 9u);  // five sides, and the lid
   for (const auto& part : parts) EXPECT_GE(part.internal_normals.size(), 3u);
 }
@@ -259,7 +258,7 @@ TEST(BoundaryMesh, ClosedConcaveMeshIsAShell) {
 TEST(BoundaryMesh, RefusesNeighborsThatFaceOppositeWays) {
   TriangleMesh mesh = two_triangles(0, 0);
   std::swap(mesh.triangles[1][0], mesh.triangles[1][1]);
-  EXPECT_THROW(boundary_parts(mesh, 0.1), InputError);
+  EXPECT_THROW(wall_solids(mesh, 0.1), InputError);
 }
 
 TEST(BoundaryMesh, BoxFacesOutwards) {

@@ -144,7 +144,7 @@ name = "b"
 pairs = [[0, 1]]
 )" + kBridge);
   Solver solver(c.model);
-  for (const Case::Placed& p : c.placed)
+  for (const Case::InitialParticle& p : c.placed)
     solver.insert(p.particle, p.position, p.orientation, p.velocity, p.angular_velocity);
   for (int k = 0; k < 50; ++k) solver.step();
   ASSERT_TRUE(solver.bond(0).acts);
@@ -262,7 +262,7 @@ TEST(Sintering, JoinsBodiesThatTouchAtTheirContacts) {
   // In the middle of the two faces, across them, and free of stress.
   EXPECT_NEAR(std::abs((bond.axes_a * Vec3::UnitX()).z()), 1, 1e-9);
   Solver solver(c.model);
-  for (const Case::Placed& p : c.placed)
+  for (const Case::InitialParticle& p : c.placed)
     solver.insert(p.particle, p.position, p.orientation, p.velocity, p.angular_velocity);
   solver.step();
   const BondState state = solver.bond(0);

@@ -331,7 +331,7 @@ TEST_F(RunTest, FailedRunSaysSoInItsFile) {
   c.fills.clear();
   c.model.particles.resize(1);
   c.model.particles.push_back(c.model.particles[0]);
-  Case::Placed inside = c.placed[0];
+  Case::InitialParticle inside = c.placed[0];
   inside.particle = 1;
   inside.position.x() += 0.001;
   c.placed.push_back(inside);
@@ -366,7 +366,7 @@ TEST_F(RunTest, ReportsProgress) {
   EXPECT_EQ(seen.back().time, summary.simulated);
   for (const Progress& p : seen) {
     EXPECT_EQ(p.present + p.waiting + p.left, 13u);
-    EXPECT_LE(p.time, p.latest_end);
+    EXPECT_LE(p.time, p.end_time_limit);
     EXPECT_FALSE(p.stage.empty());
   }
 }

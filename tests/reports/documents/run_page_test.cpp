@@ -162,7 +162,7 @@ TEST(RunPlots, DrawingKeepsPeaks) {
     x.push_back(i);
     y.push_back(i == 54'321 ? 7 : i == 70'001 ? -3 : 0);
   }
-  const Curve c = for_drawing(x, y, 600);
+  const Curve c = downsampled_curve(x, y, 600);
   EXPECT_LE(c.x.size(), 601U);
   EXPECT_EQ(c.x.front(), 0);
   EXPECT_EQ(c.x.back(), 99'999);

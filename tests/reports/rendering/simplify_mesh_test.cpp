@@ -9,7 +9,7 @@ namespace {
 
 TEST(SimplifyMesh, ACrescentKeepsItsFormWithFewTriangles) {
   const TriangleMesh fine = crescent_mesh({});
-  const TriangleMesh coarse = simplified(fine, 150);
+  const TriangleMesh coarse = simplified_mesh(fine, 150);
   EXPECT_LE(coarse.triangles.size(), 150U);
   EXPECT_TRUE(inspect(coarse).sound()) << inspect(coarse).sentence();
   const double volume = mass_properties(fine).volume;
@@ -29,7 +29,7 @@ TEST(SimplifyMesh, FlatPartsOfAnOpenSheetGoAndItsRimStays) {
       sheet.triangles.push_back({a, a + 12, a + 11});
     }
   }
-  const TriangleMesh coarse = simplified(sheet, 2);
+  const TriangleMesh coarse = simplified_mesh(sheet, 2);
   EXPECT_LE(coarse.triangles.size(), 4U);
   double area = 0;
   for (const auto& t : coarse.triangles) {
@@ -43,7 +43,7 @@ TEST(SimplifyMesh, FlatPartsOfAnOpenSheetGoAndItsRimStays) {
 
 TEST(SimplifyMesh, OneThatIsCoarseEnoughStaysAsItIs) {
   const TriangleMesh mesh = crescent_mesh({});
-  EXPECT_EQ(simplified(mesh, mesh.triangles.size()).triangles, mesh.triangles);
+  EXPECT_EQ(simplified_mesh(mesh, mesh.triangles.size()).triangles, mesh.triangles);
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ struct Decoded {
   std::vector<Vec3> position;
   std::vector<Quat> orientation;
 };
-Decoded decode(const PackedTracks& p) {
+Decoded decode(const PackedTrajectories& p) {
   const std::size_t count = 7 * p.bodies * p.frames;
   EXPECT_EQ(p.bytes.size(), 2 * count);
   std::vector<int> number(count);  // [channel][body][frame]
@@ -83,7 +83,7 @@ PoseTracks wandering(std::size_t bodies, std::size_t frames, double rate) {
 
 TEST(PoseTracks, PackedPosesAreWithinHalfAStep) {
   const PoseTracks tracks = wandering(20, 200, 30);
-  const PackedTracks packed = pack(tracks);
+  const PackedTrajectories packed = pack(tracks);
   const Decoded decoded = decode(packed);
   const Vec3 step = (packed.high - packed.low) / 65534;
   for (std::size_t i = 0; i < tracks.position.size(); ++i) {

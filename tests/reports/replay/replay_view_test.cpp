@@ -64,8 +64,8 @@ class ReplayPage : public ResultsFolder {
     const Case c = recording.read_case();
     page::Page page("replays", "");
     for (int i = 1; i <= replays; ++i)
-      place_replay(page, page.section(fmt::format("Replay {}", i)),
-                   {fmt::format("n{}", i), fmt::format("run {}", i)}, recording, c);
+      add_replay_view(page, page.section(fmt::format("Replay {}", i)),
+                      {fmt::format("n{}", i), fmt::format("run {}", i)}, recording, c);
     if (!script.empty()) page.add_script(script);
     page.write(path("page.html"));
     return path("page.html");

@@ -35,7 +35,7 @@ SurfaceMap wall() {
 }
 
 TEST(SurfaceMaps, CoarserOnesKeepSumsPeaksAndMeans) {
-  const SurfaceMap fine = wall(), coarse = coarsened(fine, 600);
+  const SurfaceMap fine = wall(), coarse = simplified_map(fine, 600);
   EXPECT_LE(coarse.mesh.triangles.size(), 600U);
   EXPECT_GT(coarse.mesh.triangles.size(), 200U);
   EXPECT_EQ(coarse.computed, fine.mesh.triangles.size());
@@ -56,7 +56,7 @@ TEST(SurfaceMaps, CoarserOnesKeepSumsPeaksAndMeans) {
 
 TEST(SurfaceMaps, OneThatIsCoarseEnoughStaysAsItIs) {
   const SurfaceMap fine = wall();
-  EXPECT_EQ(coarsened(fine, fine.mesh.triangles.size()).mesh.triangles, fine.mesh.triangles);
+  EXPECT_EQ(simplified_map(fine, fine.mesh.triangles.size()).mesh.triangles, fine.mesh.triangles);
 }
 
 }  // namespace

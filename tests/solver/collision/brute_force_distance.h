@@ -63,15 +63,15 @@ class Random {
   std::mt19937_64 engine_;
 };
 
-struct Placed {
+struct InitialParticle {
   std::vector<Vec3> vertices;
   std::vector<Vec3> normals;
   std::vector<std::array<Vec3, 2>> edges;
   std::vector<std::array<Vec3, 3>> triangles;
 };
 
-inline Placed place(const ConvexPart& part, const Pose& pose) {
-  Placed out;
+inline InitialParticle place(const ConvexPart& part, const Pose& pose) {
+  InitialParticle out;
   for (int i = 0; i < part.vertex_count; ++i) out.vertices.push_back(pose * part.vertex(i));
   for (const auto& e : part.edges) out.edges.push_back({out.vertices[e[0]], out.vertices[e[1]]});
   for (const auto& f : part.faces) {
@@ -125,7 +125,7 @@ inline double edge_distance(const std::array<Vec3, 2>& e, const std::array<Vec3,
 }
 
 // How far apart (positive) along n; negative: how far B must move along n.
-inline double separation(const Placed& a, const Placed& b, const Vec3& n) {
+inline double separation(const InitialParticle& a, const InitialParticle& b, const Vec3& n) {
   double high_a = -std::numeric_limits<double>::infinity(), low_b = -high_a;
   for (const Vec3& v : a.vertices) high_a = std::max(high_a, n.dot(v));
   for (const Vec3& v : b.vertices) low_b = std::min(low_b, n.dot(v));
@@ -134,7 +134,7 @@ inline double separation(const Placed& a, const Placed& b, const Vec3& n) {
 
 // Largest separation over all face normals and edge pairs: below zero exactly when the cores
 // overlap, and then minus their depth.
-inline double largest_separation(const Placed& a, const Placed& b) {
+inline double largest_separation(const InitialParticle& a, const InitialParticle& b) {
   double out = -std::numeric_limits<double>::infinity();
   for (const Vec3& n : a.normals) out = std::max(out, separation(a, b, n));
   for (const Vec3& n : b.normals) out = std::max(out, separation(a, b, -n));
@@ -150,7 +150,7 @@ inline double largest_separation(const Placed& a, const Placed& b) {
   return out;
 }
 
-inline double apart_distance(const Placed& a, const Placed& b) {
+inline double apart_distance(const InitialParticle& a, const InitialParticle& b) {
   double out = std::numeric_limits<double>::infinity();
   for (const Vec3& p : a.vertices) {
     for (const auto& t : b.triangles) out = std::min(out, triangle_distance(p, t));
@@ -169,7 +169,7 @@ inline double apart_distance(const Placed& a, const Placed& b) {
 
 // Distance of the cores, or minus their depth.
 inline double referee(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a) {
-  const Placed pa = place(a, Pose{}), pb = place(b, b_in_a);
+  const InitialParticle pa = place(a, Pose{}), pb = place(b, b_in_a);
   const double s = largest_separation(pa, pb);
   return s > 0 || (pa.triangles.empty() && pb.triangles.empty()) ? apart_distance(pa, pb) : s;
 }

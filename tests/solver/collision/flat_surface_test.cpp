@@ -284,14 +284,14 @@ std::size_t expect_sound_contacts(const ConvexPart& part, const FloorWithSurface
     joined = std::min(joined, least_gap(c.manifold));
   }
   EXPECT_LE(joined, deepest + 1e-3 * kShell) << "member " << member;
-  PairLaw law;
+  PairCoefficients law;
   law.stiffness = 1e5;
   law.contact_margin = kShell;
   law.match_distance = law.merge_distance = 1e-6;
   law.late_overlap = law.overlap_limit = 1;
   const std::vector<std::uint64_t> alone{1};
   PatchScratch scratch;
-  FoundPatches found;
+  PatchBuffer found;
   build_patches({.law = law,
                  .rotation_a = Mat3::Identity(),
                  .contacts = contacts,
@@ -300,7 +300,7 @@ std::size_t expect_sound_contacts(const ConvexPart& part, const FloorWithSurface
                  .old_patches = {}},
                 scratch, found);
   EXPECT_FALSE(found.patches.empty()) << "member " << member;
-  for (const Patch& patch : found.patches) {
+  for (const ContactPatch& patch : found.patches) {
     EXPECT_GT(patch.point_count, 0) << "member " << member;
     EXPECT_NEAR(patch.normal.norm(), 1, 1e-12) << "member " << member;
     EXPECT_TRUE(patch.arm.allFinite()) << "member " << member;

@@ -28,7 +28,7 @@ inline ConvexPart scaled(ConvexPart part, double factor) {
 }
 
 inline void ccd_support(const void* object, const ccd_vec3_t* direction, ccd_vec3_t* out) {
-  const auto& vertices = static_cast<const Placed*>(object)->vertices;
+  const auto& vertices = static_cast<const InitialParticle*>(object)->vertices;
   const Vec3 d(direction->v[0], direction->v[1], direction->v[2]);
   const Vec3* best = &vertices[0];
   for (const Vec3& v : vertices) {
@@ -38,7 +38,7 @@ inline void ccd_support(const void* object, const ccd_vec3_t* direction, ccd_vec
 }
 
 // libccd's word on placed vertices in units of `size`: its tolerances expect sizes about one.
-inline bool ccd_overlap(Placed a, Placed b, double size) {
+inline bool ccd_overlap(InitialParticle a, InitialParticle b, double size) {
   for (Vec3& v : a.vertices) v /= size;
   for (Vec3& v : b.vertices) v /= size;
   ccd_t ccd;
@@ -119,11 +119,11 @@ inline CollideVerdict judge(const ConvexPart& a, const ConvexPart& b, const Pose
   CollideVerdict v;
   v.size = std::min(a.bounding_radius, b.bounding_radius);
   if (v.size == 0) v.size = std::max(a.bounding_radius, b.bounding_radius);
-  v.near = touching_distance(a, b);
+  v.near = contact_tolerance(a, b);
   v.reach = a.bounding_radius + b.bounding_radius + a.center.norm() + b.center.norm() +
             pose.translation.norm();
   if (v.size == 0) v.size = v.reach;
-  const Placed pa = place(a, Pose{}), pb = place(b, pose);
+  const InitialParticle pa = place(a, Pose{}), pb = place(b, pose);
   v.expected = referee(a, b, pose);
   GjkCache cold;
   CoreContact contact = core_contact(a, b, pose, std::numeric_limits<double>::infinity(), cold);

@@ -111,9 +111,9 @@ TEST(Adhesion, FractionOfStiffnessLowersTheRestitution) {
 // Pressed in to s and drawn out slowly, a contact pulls most where the spring lets go:
 // f K s (1 - e^2) / (1 - lambda e^2), less the floor.
 TEST(Adhesion, PullOffGrowsWithThePreload) {
-  PairLaw law;
+  PairCoefficients law;
   law.stiffness = kStiffness;
-  law.unloading_ratio = 1 / (kRestitution * kRestitution);
+  law.unloading_stiffness_ratio = 1 / (kRestitution * kRestitution);
   law.minimum_unloading_ratio = 0.01;
   law.adhesion_fraction = 0.5;
   ContactPoint point;

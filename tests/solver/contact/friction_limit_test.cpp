@@ -56,20 +56,20 @@ Load coulomb(const Sliding& s) {
 // from the first vector of its basis, after it has slid for a while.
 Load by_law(const Sliding& s, const Vec3& normal, double axis) {
   const double e = (s.a * s.a - s.b * s.b) / (s.a * s.a + s.b * s.b);
-  const TangentBasis basis = tangent_basis(plain(normal));
-  const Vec3 long_axis = std::cos(axis) * eigen(basis.u) + std::sin(axis) * eigen(basis.v);
+  const TangentBasis basis = tangent_basis(to_vec(normal));
+  const Vec3 long_axis = std::cos(axis) * to_eigen(basis.u) + std::sin(axis) * to_eigen(basis.v);
   const Vec3 short_axis = normal.cross(long_axis);
   const FrictionLaw law{1e5, 1, 1, 1e-6};
-  const FrictionRegion region{plain(normal), radius_of(s),
+  const FrictionRegion region{to_vec(normal), radius_of(s),
                               static_cast<float>(e * std::cos(2 * axis)),
                               static_cast<float>(e * std::sin(2 * axis))};
   constexpr double dt = 1e-5;
   const PatchMotion motion{
-      0, {}, plain(s.u * long_axis + s.v * short_axis), s.angular_velocity * dt};
+      0, {}, to_vec(s.u * long_axis + s.v * short_axis), s.angular_velocity * dt};
   FrictionState state{{0, 0, 0}, 0, 0};
   for (int step = 0; step < 3000; ++step)
     state = advance_friction(law, state, 1, region, motion, dt).state;
-  const Vec3 force = eigen(state.tangential);
+  const Vec3 force = to_eigen(state.tangential);
   EXPECT_EQ(state.sliding, 1);
   return {force.dot(long_axis), force.dot(short_axis), state.torsion / region.radius};
 }

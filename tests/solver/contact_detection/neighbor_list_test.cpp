@@ -279,7 +279,7 @@ TEST(Neighbors, NewListTakesOverWhatTheOldOneKnew) {
       pair.first_patch = static_cast<std::uint32_t>(s.patches.size());
       pair.first_point = static_cast<std::uint32_t>(s.points.size());
       for (std::uint32_t patch = 0; patch <= k % 2; ++patch) {
-        Patch& one = s.patches.emplace_back();
+        ContactPatch& one = s.patches.emplace_back();
         one.normal_force = mark(pair) + patch;
         one.first_point = static_cast<std::uint32_t>(s.points.size());
         one.point_count = static_cast<std::uint32_t>(1 + (k + patch) % 3);
@@ -323,7 +323,7 @@ TEST(Neighbors, NewListTakesOverWhatTheOldOneKnew) {
       EXPECT_EQ(s.motion_bound[k].need, is_new ? 0.5 * mark(pair) : mark(pair));
       EXPECT_EQ(s.next_test_distance[k], is_new ? s.path[pair.a] + s.path[pair.b] : mark(pair));
       for (std::uint32_t patch = 0; patch < pair.patch_count; ++patch) {
-        const Patch& one = s.patches[pair.first_patch + patch];
+        const ContactPatch& one = s.patches[pair.first_patch + patch];
         ++patches;
         EXPECT_EQ(one.normal_force, mark(pair) + patch);
         EXPECT_EQ(s.patch_details[pair.first_patch + patch].rolling,

@@ -11,13 +11,13 @@
 namespace firn {
 namespace {
 
-TEST(Lanes, RotateEachBodyAsOnItsOwn) {
+TEST(Simd8d, RotateEachBodyAsOnItsOwn) {
   Dice dice(11);
   for (const double dt : {1e-5, 1e-2, 1.0}) {  // polynomials, both, library functions
     FreeRotations many;
-    Quat q[Lanes::size];
-    Vec3 momentum[Lanes::size], inverse[Lanes::size];
-    for (int k = 0; k < Lanes::size; ++k) {
+    Quat q[Simd8d::size];
+    Vec3 momentum[Simd8d::size], inverse[Simd8d::size];
+    for (int k = 0; k < Simd8d::size; ++k) {
       q[k] = Quat(dice(-1, 1), dice(-1, 1), dice(-1, 1), dice(-1, 1)).normalized();
       momentum[k] = dice.vector(2);
       inverse[k] = Vec3(dice(1, 3), dice(1, 3), dice(1, 3));
@@ -27,9 +27,9 @@ TEST(Lanes, RotateEachBodyAsOnItsOwn) {
         many.inverse_inertia[c].set(k, inverse[k][c]);
       }
     }
-    rotate_free(many, dt);
-    for (int k = 0; k < Lanes::size; ++k) {
-      rotate_free(inverse[k], dt, q[k], momentum[k]);
+    rotate_torque_free(many, dt);
+    for (int k = 0; k < Simd8d::size; ++k) {
+      rotate_torque_free(inverse[k], dt, q[k], momentum[k]);
       for (int c = 0; c < 4; ++c) EXPECT_EQ(many.q[c][k], q[k].coeffs()[c]);
       for (int c = 0; c < 3; ++c) EXPECT_EQ(many.momentum[c][k], momentum[k][c]);
     }
@@ -38,7 +38,7 @@ TEST(Lanes, RotateEachBodyAsOnItsOwn) {
 
 // Bodies of two shapes, some of them not there, more than one range has and as many as do not fill
 // the last lanes.
-TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
+TEST(Simd8d, KickAndDriftEachBodyAsOnItsOwn) {
   constexpr int kBodies = 149;
   Dice dice(11);
   Model model = scenes::empty(scenes::law(0.1, 0.3), scenes::law(0.1, 0.3));
@@ -70,7 +70,7 @@ TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
   w.load_index.first = {0};
   for (int i = 0; i < kBodies; ++i) {
     for (const int range : {0, 1}) {
-      RangeLoad& load = w.loads[2 * i + range];
+      BlockLoad& load = w.loads[2 * i + range];
       const Vec3 force = dice.vector(1), torque = dice.vector(1e-2);
       load.force = {force.x(), force.y(), force.z(), 2.0 - range};
       load.torque = {torque.x(), torque.y(), torque.z(), 0};
@@ -97,7 +97,7 @@ TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
                 velocity, momentum);
     };
     kick_once(before.load[i]);
-    rotate_free(body.inverse_inertia, model.timestep, q, momentum);
+    rotate_torque_free(body.inverse_inertia, model.timestep, q, momentum);
     const Vec3 angular_velocity =
         q.toRotationMatrix() * momentum.cwiseProduct(body.inverse_inertia);
     const double turned = angular_velocity.norm() * model.timestep;
@@ -109,9 +109,9 @@ TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
     EXPECT_EQ(drifted.turn[i], turned);
     EXPECT_EQ(drifted.path[i],
               velocity.norm() * model.timestep + turned * w.reach[model.particles[i].shape]);
-    const RangeLoad &first = w.loads[2 * i], &second = w.loads[2 * i + 1];
-    EXPECT_EQ(s.load[i].force, eigen(plain(first.force) + plain(second.force)));
-    EXPECT_EQ(s.load[i].torque, eigen(plain(first.torque) + plain(second.torque)));
+    const BlockLoad &first = w.loads[2 * i], &second = w.loads[2 * i + 1];
+    EXPECT_EQ(s.load[i].force, to_eigen(to_vec(first.force) + to_vec(second.force)));
+    EXPECT_EQ(s.load[i].torque, to_eigen(to_vec(first.torque) + to_vec(second.torque)));
     EXPECT_EQ(s.peak_normal_force[i], 2);
     kick_once(s.load[i]);
     EXPECT_EQ(s.motion[i].velocity, velocity);
@@ -136,7 +136,7 @@ TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
 }
 
 // Pairs among particles and a boundary, as many as do not fill the last lanes.
-TEST(Lanes, FindThePoseOfEachPairAsOnItsOwn) {
+TEST(Simd8d, FindThePoseOfEachPairAsOnItsOwn) {
   constexpr int kBodies = 9;
   Dice dice(11);
   State s;
@@ -179,24 +179,24 @@ TEST(Lanes, FindThePoseOfEachPairAsOnItsOwn) {
 }
 
 struct Contact {
-  Patch patch;
+  ContactPatch patch;
   std::vector<ContactPoint> points;
   PairMotion motion;
-  PairLaw law;
+  PairCoefficients law;
 };
 
 // Patches of all kinds: touching, near, sliding, sticking, fresh, turning, with rolling resistance.
 Contact any_contact(Dice& dice) {
   Contact c;
   c.law.stiffness = 2e5;
-  c.law.unloading_ratio = dice(1, 10);
+  c.law.unloading_stiffness_ratio = dice(1, 10);
   c.law.minimum_unloading_ratio = 0.001;
   c.law.tangential_stiffness = dice(0.3, 1) * 2e5;
   c.law.static_friction = dice(0, 0.5);
   c.law.dynamic_friction = dice(0, 1) * c.law.static_friction;
   c.law.restick_velocity = 1e-3;
   c.law.rolling_limit = dice(-1, 1) > 0 ? 1e-3 : 0;
-  Patch& p = c.patch;
+  ContactPatch& p = c.patch;
   p.normal = dice.vector(1).normalized();
   p.arm = dice.vector(0.02);
   p.fresh = dice(-1, 1) > 0.5;
@@ -219,13 +219,13 @@ Contact any_contact(Dice& dice) {
   }
   const auto quad = [&](double size) {
     const Vec3 v = dice.vector(size);
-    return Quad{v.x(), v.y(), v.z(), 0};
+    return Vec4{v.x(), v.y(), v.z(), 0};
   };
   c.motion = {quad(0.3), quad(5), quad(0.03)};
   return c;
 }
 
-TEST(Lanes, AdvanceEachPatchAsOnItsOwn) {
+TEST(Simd8d, AdvanceEachPatchAsOnItsOwn) {
   Dice dice(11);
   const double dt = 2e-5;
   for (int trial = 0; trial < 200; ++trial) {
@@ -233,7 +233,7 @@ TEST(Lanes, AdvanceEachPatchAsOnItsOwn) {
     std::vector<Contact> wide;
     for (int k = 0; k < count; ++k) wide.push_back(any_contact(dice));
     std::vector<Contact> plain_ones = wide;
-    std::vector<Patch> patches;
+    std::vector<ContactPatch> patches;
     for (const Contact& c : wide) patches.push_back(c.patch);
     std::vector<PatchDetail> details(patches.size());
     std::vector<ActivePair> pairs(wide.size());
@@ -251,15 +251,15 @@ TEST(Lanes, AdvanceEachPatchAsOnItsOwn) {
     EXPECT_EQ(block.at_boundary()[0], count - 1);
     for (int k = 0; k < count; ++k) {
       Contact& c = plain_ones[k];
-      const Vec n = plain(c.patch.normal), arm = plain(c.patch.arm);
-      const Vec angular_velocity = plain(c.motion.angular_velocity);
+      const Vec n = to_vec(c.patch.normal), arm = to_vec(c.patch.arm);
+      const Vec angular_velocity = to_vec(c.motion.angular_velocity);
       const PatchMotion motion = patch_motion(
-          n, plain(c.motion.velocity) + cross(angular_velocity, arm), angular_velocity, dt);
+          n, to_vec(c.motion.velocity) + cross(angular_velocity, arm), angular_velocity, dt);
       const NormalLoad pressed = advance_points(c.law, c.patch, c.points.data(), motion);
       const FrictionStep rubbed = advance_friction(
           {c.law.tangential_stiffness, c.law.static_friction, c.law.dynamic_friction,
            c.law.restick_velocity},
-          {plain(c.patch.tangential), c.patch.torsion, c.patch.sliding ? 1.0 : 0.0}, pressed.force,
+          {to_vec(c.patch.tangential), c.patch.torsion, c.patch.sliding ? 1.0 : 0.0}, pressed.force,
           friction_region(c.patch), motion, dt);
       const Wrench on_a = wrench(n, pressed.force, pressed.offset_force, rubbed.state);
       const PatchLoad load = block.load(k);
@@ -278,9 +278,9 @@ TEST(Lanes, AdvanceEachPatchAsOnItsOwn) {
         EXPECT_EQ(wide[k].points[i].gap, c.points[i].gap);
       }
       // Newton's third law, moments about one point: that of a and that of b.
-      const Vec moment = plain(load.moment_a);
+      const Vec moment = to_vec(load.moment_a);
       const Vec sum =
-          moment + plain(load.moment_b) + cross(plain(c.motion.apart), plain(load.force));
+          moment + to_vec(load.moment_b) + cross(to_vec(c.motion.apart), to_vec(load.force));
       EXPECT_NEAR(std::sqrt(square(sum)), 0, 1e-15 + 1e-12 * std::sqrt(square(moment)));
       if (c.law.rolling_limit == 0) {
         EXPECT_EQ(load.work_friction, rubbed.work);

@@ -220,18 +220,10 @@ TEST(Decompose, RingsOfManyTriangles) {
 
 class SolidsLong : public testing::TestWithParam<std::string> {};
 TEST_P(SolidsLong, AreFilledByFewConvexPartsNearTheSurface) {
-  for (int member = GetParam() == "bowl" ? 0 : 3; member < 20; ++member)
-    check_member(GetParam(), member);
+  for (int member = 3; member < 20; ++member) check_member(GetParam(), member);
 }
 
-// A bowl takes more than a minute.
-std::vector<std::string> quick_families() {
-  std::vector<std::string> families = solid_families();
-  std::erase(families, "bowl");
-  return families;
-}
-
-INSTANTIATE_TEST_SUITE_P(Families, Solids, testing::ValuesIn(quick_families()), name_of);
+INSTANTIATE_TEST_SUITE_P(Families, Solids, testing::ValuesIn(solid_families()), name_of);
 INSTANTIATE_TEST_SUITE_P(Families, SolidsLong, testing::ValuesIn(solid_families()), name_of);
 INSTANTIATE_TEST_SUITE_P(Families, DividedSolidsLong, testing::ValuesIn(solid_families()), name_of);
 

@@ -500,10 +500,10 @@ TEST(TriangleLoads, SlidingBlockWearsByItsWeightTimesItsWay) {
   }
 }
 
-TEST(EnergyClasses, HaveEqualWidthsOnALogarithmicScale) {
-  const EnergyClasses classes{1e-6, 4, 3};
+TEST(EnergyBins, HaveEqualWidthsOnALogarithmicScale) {
+  const EnergyBins classes{1e-6, 4, 3};
   EXPECT_EQ(classes.count(), 14);
-  EXPECT_EQ(EnergyClasses{}.count(), 0);
+  EXPECT_EQ(EnergyBins{}.count(), 0);
   EXPECT_EQ(classes.of(-1), 0);
   EXPECT_EQ(classes.of(0), 0);
   EXPECT_EQ(classes.of(0.99e-6), 0);

@@ -263,7 +263,8 @@ TEST(Determinism, TasksOfSeveralRangesGiveTheSameBytes) {
     const Diagnostics diagnostics = solver.diagnostics();
     EXPECT_GT(diagnostics.contact_searches, 1000u);
     EXPECT_GT(diagnostics.rebuilds, 1u);
-    EXPECT_GT(ranges_of_task(threads, diagnostics.pairs / kPairsOfRange), 1u) << diagnostics.pairs;
+    EXPECT_GT(blocks_per_task(threads, diagnostics.pairs / kPairsPerBlock), 1u)
+        << diagnostics.pairs;
     hashes.push_back(solver.hash());
   }
   EXPECT_EQ(hashes[1], hashes[0]);

@@ -35,7 +35,7 @@ std::array<double, 3> energy_gaps(double restitution, double steps, std::uint64_
   rain_on.seed = seed;
   const auto gap = [&] {
     const Energy e = solver.energy();
-    return energy_gap(e) / (e.dissipated_normal + e.dissipated_friction);
+    return energy_imbalance(e) / (e.dissipated_normal + e.dissipated_friction);
   };
   std::array<double, 3> gaps{};
   pour(solver, 0, kCount, rain_on);

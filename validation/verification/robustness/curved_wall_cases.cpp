@@ -64,7 +64,7 @@ std::shared_ptr<const Model> ball_in_wall(Curved kind, int around, double fricti
                                       scenes::law(friction, 0.5));
   Boundary wall = sheet({.kind = ThinWall::Kind::plane});
   wall.kind = Boundary::Kind::solid;
-  wall.parts = boundary_parts(curved_mesh(kind, around), 2e-3);
+  wall.parts = wall_solids(curved_mesh(kind, around), 2e-3);
   model.boundaries = {wall};
   model.gravity.setZero();
   model.timestep = advise_timestep(model, 10).timestep;

@@ -242,7 +242,7 @@ std::vector<Check> fine_meshes() {
 
 }  // namespace
 
-std::vector<VerificationCase> odd_shape_cases() {
+std::vector<VerificationCase> degenerate_shape_cases() {
   return {
       {.name = "robustness.odd_shapes",
        .title = "Drops of flat, thin, small and badly cut shapes",

@@ -7,7 +7,7 @@ namespace firn::verification {
 
 std::vector<VerificationCase> robustness_cases() {
   std::vector<VerificationCase> all;
-  for (auto* cases : {tunneling_cases, deep_cases, odd_shape_cases}) {
+  for (auto* cases : {tunneling_cases, deep_cases, degenerate_shape_cases}) {
     std::vector<VerificationCase> some = cases();
     all.insert(all.end(), std::make_move_iterator(some.begin()),
                std::make_move_iterator(some.end()));

@@ -9,6 +9,7 @@ namespace firn::verification {
 
 std::vector<VerificationCase> tunneling_cases();  // fast bodies, thin walls
 std::vector<VerificationCase> deep_cases();       // crushing, wedging, rest
-std::vector<VerificationCase> odd_shape_cases();  // flat, thin, small, badly cut, finely meshed
+std::vector<VerificationCase>
+degenerate_shape_cases();  // flat, thin, small, badly cut, finely meshed
 
 }  // namespace firn::verification

@@ -32,7 +32,7 @@ Boundary rigid(std::vector<ConvexPart> parts) {
   return b;
 }
 
-Boundary mesh_floor(const TriangleMesh& mesh) { return rigid(boundary_parts(mesh, 2e-3)); }
+Boundary mesh_floor(const TriangleMesh& mesh) { return rigid(wall_solids(mesh, 2e-3)); }
 
 // A mesh whose outline is not convex: two of its corners are missing.
 Floor notched_floor(double size, std::uint64_t seed) {
