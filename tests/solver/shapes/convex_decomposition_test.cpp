@@ -184,7 +184,7 @@ std::string name_of(const testing::TestParamInfo<std::string>& info) {
 
 class Solids : public testing::TestWithParam<std::string> {};
 TEST_P(Solids, AreFilledByFewConvexPartsNearTheSurface) {
-  for (int member = 0; member < 3; ++member) check_member(GetParam(), member);
+  check_member(GetParam(), 0);
 }
 
 class DividedSolids : public testing::TestWithParam<std::string> {};
@@ -220,7 +220,7 @@ TEST(Decompose, RingsOfManyTriangles) {
 
 class SolidsLong : public testing::TestWithParam<std::string> {};
 TEST_P(SolidsLong, AreFilledByFewConvexPartsNearTheSurface) {
-  for (int member = 3; member < 20; ++member) check_member(GetParam(), member);
+  for (int member = 1; member < 20; ++member) check_member(GetParam(), member);
 }
 
 INSTANTIATE_TEST_SUITE_P(Families, Solids, testing::ValuesIn(solid_families()), name_of);
