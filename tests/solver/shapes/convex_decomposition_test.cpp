@@ -183,9 +183,7 @@ std::string name_of(const testing::TestParamInfo<std::string>& info) {
 }
 
 class Solids : public testing::TestWithParam<std::string> {};
-TEST_P(Solids, AreFilledByFewConvexPartsNearTheSurface) {
-  check_member(GetParam(), 0);
-}
+TEST_P(Solids, AreFilledByFewConvexPartsNearTheSurface) { check_member(GetParam(), 0); }
 
 class DividedSolids : public testing::TestWithParam<std::string> {};
 TEST_P(DividedSolids, AreFilledAsWell) {
