@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "experiments/system/input_file.h"
-#include "experiments/system/input_limits.h"
 #include "experiments/text/json_aliases.h"
 #include "experiments/text/json_parser.h"
 #include "experiments/text/toml_document.h"
@@ -117,8 +116,7 @@ void ResultsJson::require_kind(const std::string& wanted, const std::string& com
 }
 
 ResultsJson read_results_json(const std::string& file, const std::string& expected) {
-  ResultsJson results{file,
-                      parse_json(read_input_file(file, expected, input_limits::json_bytes), file)};
+  ResultsJson results{file, read_json_file(file, expected)};
   use_current_json_names(results.document);
   return results;
 }

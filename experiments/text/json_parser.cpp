@@ -6,6 +6,7 @@
 #include <set>
 #include <vector>
 
+#include "experiments/system/input_file.h"
 #include "experiments/system/input_limits.h"
 #include "experiments/system/text_encoding.h"
 #include "firn/math.h"
@@ -69,6 +70,10 @@ Json parse_json(std::string_view text, const std::string& source) {
   } catch (const Refused& refused) {
     throw InputError(fmt::format("{}:1: JSON: {}", source, refused.what));
   }
+}
+
+Json read_json_file(const std::string& file, const std::string& expected) {
+  return parse_json(read_input_file(file, expected, input_limits::json_bytes), file);
 }
 
 }  // namespace firn

@@ -11,4 +11,8 @@ namespace firn {
 // the limits of input_limits.h.
 nlohmann::ordered_json parse_json(std::string_view text, const std::string& source);
 
+// The document in a file. Throws also for one that cannot be read or is longer than input_limits.h
+// says. `expected`: for the message.
+nlohmann::ordered_json read_json_file(const std::string& file, const std::string& expected);
+
 }  // namespace firn

@@ -8,7 +8,6 @@
 #include <set>
 
 #include "experiments/system/input_file.h"
-#include "experiments/system/input_limits.h"
 #include "experiments/system/text_encoding.h"
 #include "experiments/text/csv_reader.h"
 #include "experiments/text/json_fields.h"
@@ -52,8 +51,7 @@ void fields(Fields& f, ProgramResponse& r) {
 
 // By name.
 std::vector<Response> read_json_responses(const std::string& file) {
-  Json document = parse_json(
-      read_input_file(file, "the responses of the program", input_limits::json_bytes), file);
+  Json document = read_json_file(file, "the responses of the program");
   if (!document.is_object())
     throw InputError(
         fmt::format("{}: is no JSON object; expected {{\"RESPONSE\": NUMBER, ...}}", file));

@@ -14,7 +14,6 @@
 #include "experiments/batch/execution/run_process.h"
 #include "experiments/batch/slurm/slurm_executor.h"
 #include "experiments/system/input_file.h"
-#include "experiments/system/input_limits.h"
 #include "experiments/system/interruption.h"
 #include "experiments/system/output_file.h"
 #include "experiments/system/terminal.h"
@@ -97,8 +96,7 @@ static void fields(Fields& f, JobResult& outcome) {
 namespace {
 
 Job read_task(const std::string& file, int index, std::string& program) {
-  const Json document = parse_json(
-      read_input_file(file, "a list of tasks of firn calibrate", input_limits::json_bytes), file);
+  const Json document = read_json_file(file, "a list of tasks of firn calibrate");
   auto list = document_from_json<TaskList>(document, file, JsonReading::strict);
   if (index < 0 || index >= static_cast<int>(list.tasks.size()))
     throw InputError(
@@ -127,8 +125,7 @@ std::optional<JobResult> read_task_outcome(const Job& job) {
   if (std::error_code error; !fs::exists(file, error)) return std::nullopt;
   JobResult r;
   try {
-    const Json document = parse_json(
-        read_input_file(file, "an outcome of firn calibrate", input_limits::json_bytes), file);
+    const Json document = read_json_file(file, "an outcome of firn calibrate");
     r = document_from_json<JobResult>(document, file, JsonReading::strict);
   } catch (const InputError&) {  // a part of it, on a shared folder
     return std::nullopt;
