@@ -98,6 +98,16 @@ struct Moments {
   }
 };
 
+// m, by which a point moves when its normal becomes that of the patch: it turns about the center of
+// the rounding of the more rounded part. A sphere keeps its center in the line of force, so that
+// facets with different normals do not turn it.
+Vec3 turned_about_rounding(const PartContact& c, const ManifoldPoint& p, const Vec3& patch_normal) {
+  const double lever = c.radius_a > c.radius_b   ? c.radius_a + 0.5 * p.gap
+                       : c.radius_b > c.radius_a ? -c.radius_b - 0.5 * p.gap
+                                                 : 0;
+  return lever * (patch_normal - c.manifold.normal);
+}
+
 // Adds a point, or merges it with a near one of the same patch: weights add, place and gap are
 // weighted means. Nothing is dropped. Until the patch is complete, a point's share is its weight.
 void add_point(std::vector<ContactPoint>& points, std::size_t first, const Vec3& place, double gap,
@@ -126,7 +136,7 @@ void make_patch(const PatchInput& in, PatchScratch& scratch, int g, PatchBuffer&
   PatchDetail detail;
   patch.first_point = static_cast<std::uint32_t>(out.points.size());
   const double shell = in.law.contact_margin;
-  Vec3 normal = Vec3::Zero();
+  Vec3 sum_of_normals = Vec3::Zero();
   Moments moments;
   std::vector<int>& rest = scratch.stack;  // contacts of the group
   rest.clear();
@@ -140,26 +150,29 @@ void make_patch(const PatchInput& in, PatchScratch& scratch, int g, PatchBuffer&
     moments.add(c.manifold);
     double depth = 0;
     for (const ManifoldPoint& p : c.manifold.points) depth += p.weight * (shell - p.gap);
-    normal += depth * c.manifold.normal;
+    sum_of_normals += depth * c.manifold.normal;
   }
-  const auto add = [&](const ManifoldPoint& p) {
+  const Vec3 normal = sum_of_normals.normalized();
+  const auto add = [&](const PartContact& c, const ManifoldPoint& p) {
     if (p.gap < shell)
-      add_point(out.points, patch.first_point, p.position, p.gap, p.weight, in.law.merge_distance);
+      add_point(out.points, patch.first_point, p.position + turned_about_rounding(c, p, normal),
+                p.gap, p.weight, in.law.merge_distance);
   };
   while (!rest.empty()) {
-    const Manifold& first = in.contacts[rest[0]].manifold;
+    const PartContact& first = in.contacts[rest[0]];
     const auto others = std::stable_partition(rest.begin(), rest.end(), [&](int i) {
-      return i == rest[0] || is_coplanar(first, in.contacts[i].manifold, kSamePlane * shell);
+      return i == rest[0] ||
+             is_coplanar(first.manifold, in.contacts[i].manifold, kSamePlane * shell);
     });
     const std::span<const int> alike(rest.begin(), others);
     scratch.hull.clear();
     if (alike.size() > 1) merge_coplanar_contacts(in.contacts, alike, scratch.hull);
     const bool has_hull = std::ranges::any_of(
         scratch.hull, [shell](const ManifoldPoint& p) { return p.gap < shell; });
-    for (const ManifoldPoint& p : scratch.hull) add(p);
+    for (const ManifoldPoint& p : scratch.hull) add(first, p);
     for (const int i : alike) {
       if (has_hull) break;
-      for (const ManifoldPoint& p : in.contacts[i].manifold.points) add(p);
+      for (const ManifoldPoint& p : in.contacts[i].manifold.points) add(in.contacts[i], p);
     }
     rest.erase(rest.begin(), others);
   }
@@ -178,7 +191,8 @@ void make_patch(const PatchInput& in, PatchScratch& scratch, int g, PatchBuffer&
     square += points[i].stiffness_fraction * d * d;
     center += points[i].stiffness_fraction * d * points[i].offset;
   }
-  if (!(sum > 0) || !(normal.squaredNorm() > 0)) {  // nothing within the margin that has an area
+  if (!(sum > 0) ||
+      !(sum_of_normals.squaredNorm() > 0)) {  // nothing within the margin that has an area
     out.points.resize(patch.first_point);
     return;
   }
@@ -187,7 +201,7 @@ void make_patch(const PatchInput& in, PatchScratch& scratch, int g, PatchBuffer&
     points[i].stiffness_fraction *= square / (sum * sum);
     points[i].offset = in.rotation_a * (points[i].offset - center);
   }
-  patch.normal = in.rotation_a * normal.normalized();
+  patch.normal = in.rotation_a * normal;
   patch.arm = in.rotation_a * center;
   patch.torsion_radius = moments.torsion_radius();
   const ContactBasis basis(patch.normal);

@@ -18,6 +18,7 @@ inline std::uint64_t part_bit(int part) { return std::uint64_t{1} << (part & 63)
 struct PartContact {
   int a = 0, b = 0;                        // parts
   std::uint64_t other_a = 0, other_b = 0;  // masks of further parts to which this contact belongs
+  double radius_a = 0, radius_b = 0;       // m, sweep radii of the parts
   Manifold manifold;
 };
 

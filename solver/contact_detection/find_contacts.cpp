@@ -125,7 +125,10 @@ class ContactSearch {
       c.a = p.a;
       c.b = static_cast<int>(p.b);
       c.other_a = c.other_b = 0;
-      collide_parts(pair, shape_a.parts[p.a], p, pose, law.contact_margin, c.manifold);
+      const ConvexPart* part_b = part_of_b(pair, p);
+      c.radius_a = shape_a.parts[p.a].radius;
+      c.radius_b = part_b ? part_b->radius : 0;
+      collide_parts(shape_a.parts[p.a], part_b, p.cache, pose, law.contact_margin, c.manifold);
       if (sides && (c.manifold.gap < 0 || p.touching || sides->fast()))
         out.tunnelled |= !sides->keep(p, pose, law.contact_margin, c.manifold);
       p.touching = c.manifold.points.empty() ? 0 : 1;
@@ -172,19 +175,21 @@ class ContactSearch {
     return need;
   }
 
-  void collide_parts(const Pair& pair, const ConvexPart& part_a, PartPair& p, const Pose& pose,
-                     double shell, Manifold& out) const {
-    if (pair.b < n_) {
-      collide(part_a, model_.shapes[model_.particles[pair.b].shape].parts[p.b], pose, shell,
-              p.cache, out);
-      return;
-    }
+  // Null: a plane.
+  const ConvexPart* part_of_b(const Pair& pair, const PartPair& p) const {
+    if (pair.b < n_) return &model_.shapes[model_.particles[pair.b].shape].parts[p.b];
     const Boundary& boundary = model_.boundaries[pair.b - n_];
-    if (boundary.kind == Boundary::Kind::plane) {
-      const Vec3 normal = pose.rotation.col(2);
-      collide_plane(part_a, normal, normal.dot(pose.translation), shell, out);
+    return boundary.kind == Boundary::Kind::plane ? nullptr : &boundary.parts[p.b];
+  }
+
+  // `b` null: the plane z = 0 of body b.
+  static void collide_parts(const ConvexPart& a, const ConvexPart* b, GjkCache& cache,
+                            const Pose& pose, double shell, Manifold& out) {
+    if (b) {
+      collide(a, *b, pose, shell, cache, out);
     } else {
-      collide(part_a, boundary.parts[p.b], pose, shell, p.cache, out);
+      const Vec3 normal = pose.rotation.col(2);
+      collide_plane(a, normal, normal.dot(pose.translation), shell, out);
     }
   }
 

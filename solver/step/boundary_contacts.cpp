@@ -55,6 +55,8 @@ double collide_all(const BoundaryContactTable& table, const Pose& pose,
     c.a = a;
     c.b = b;
     c.other_a = c.other_b = 0;
+    c.radius_a = table.parts_a[static_cast<std::size_t>(a)].radius;
+    c.radius_b = table.parts_b.empty() ? 0 : table.parts_b[static_cast<std::size_t>(b)].radius;
     collide_them(c.manifold);
     used += c.manifold.points.empty() ? 0 : 1;
     least = std::min(least, c.manifold.gap);
