@@ -36,10 +36,10 @@ TriangleMesh curved_mesh(Curved kind, int around) {
     for (int i = 0; i <= columns; ++i) {
       const double a = (i - half) * cell, b = (j - half) * cell;
       if (kind == Curved::bowl) {
-        mesh.vertices.push_back(kWallRadius * Vec3(std::tan(a), std::tan(b), -1).normalized());
+        mesh.vertices.emplace_back(kWallRadius * Vec3(std::tan(a), std::tan(b), -1).normalized());
       } else {
-        mesh.vertices.push_back(
-            {kWallRadius * std::sin(a), (j - 0.5) * kWallRadius, -kWallRadius * std::cos(a)});
+        mesh.vertices.emplace_back(kWallRadius * std::sin(a), (j - 0.5) * kWallRadius,
+                                   -kWallRadius * std::cos(a));
       }
     }
   }
