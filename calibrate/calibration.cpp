@@ -66,8 +66,13 @@ void Calibration::run_initial_design() {
     points.push_back(study_runs_.point(kComparePhase + study_.compare[i].name, static_cast<int>(i),
                                        study_.compare[i].values,
                                        seed_list(study_.seed, b.compare_replicates)));
-  points.push_back(
-      study_runs_.point("center", 0, middle, seed_list(study_.seed, b.center_replicates)));
+  const Point center =
+      study_runs_.point("center", 0, middle, seed_list(study_.seed, b.center_replicates));
+  if (study_.low_fidelity) {
+    points.push_back(study_runs_.in_low_fidelity(center));
+    points.back().only = study_.low_fidelity->only;
+  }
+  points.push_back(center);
   for (const NumericsCheck& check : study_.numerics) {
     numerics_.push_back(study_runs_.point("numerics: " + check.name,
                                           static_cast<int>(numerics_.size()), middle,
@@ -79,7 +84,7 @@ void Calibration::run_initial_design() {
   std::vector<Point> reused = reused_points();
   for (Point& p : reused)
     for (const Point& asked : points)
-      if (p.values == asked.values)
+      if (p.values == asked.values && asked.low_fidelity.empty())
         std::erase_if(p.seeds, [&](std::uint64_t seed) {
           return std::find(asked.seeds.begin(), asked.seeds.end(), seed) != asked.seeds.end();
         });
@@ -128,9 +133,33 @@ void Calibration::space_filling_design() {
     design.push_back(study_runs_.point("design", static_cast<int>(design.size()),
                                        allowed_values(study_.constraints, study_.parameters, u),
                                        seed_list(study_.seed, replicates_per_point_)));
+  if (study_.low_fidelity) design = in_both_forms(std::move(design));
   progress_.phase("exploring the ranges");
   run(design);
   a_.points.insert(a_.points.end(), design.begin(), design.end());
+}
+
+// The points of a design in low fidelity, and a few that lie far apart in both forms. What the low
+// fidelity does not change is simulated once.
+std::vector<Point> Calibration::in_both_forms(std::vector<Point> design) const {
+  const auto pairs = std::min(static_cast<std::size_t>(study_.low_fidelity->pairs), design.size());
+  std::vector<VectorXd> taken = {a_.points.back().u};  // the center is simulated in both
+  std::vector<Point> all;
+  for (const Point& p : design) all.push_back(study_runs_.in_low_fidelity(p));
+  for (std::size_t i = 0; i < pairs; ++i) {
+    const auto distance = [&](const Point& p) {
+      double least = std::numeric_limits<double>::infinity();
+      for (const VectorXd& u : taken) least = std::min(least, (p.u - u).norm());
+      return least;
+    };
+    const auto farthest =
+        std::max_element(design.begin(), design.end(),
+                         [&](const Point& a, const Point& b) { return distance(a) < distance(b); });
+    taken.push_back(farthest->u);
+    all.push_back(*farthest);
+    all.back().only = study_.low_fidelity->only;
+  }
+  return all;
 }
 
 // Whether seeds at the middle differ by less than what each target is uncertain by.
@@ -203,10 +232,11 @@ bool Calibration::extend_design() {
     }
     taken.push_back(best);
     int number = static_cast<int>(batch.size());
-    for (const Point& p : a_.points) number += p.phase == "design, continued";
+    for (const Point& p : a_.points) number += p.phase.ends_with("design, continued");
     batch.push_back(study_runs_.point("design, continued", number,
                                       allowed_values(study_.constraints, study_.parameters, best),
                                       seed_list(study_.seed, replicates_per_point_)));
+    if (study_.low_fidelity) batch.back() = study_runs_.in_low_fidelity(batch.back());
   }
   progress_.phase("exploring further");
   run(batch);
@@ -291,14 +321,27 @@ void Calibration::record_estimate(const std::string& after) {
   a_.estimate_history.push_back({after, static_cast<int>(runs.size()), a_.posterior->marginals});
 }
 
-// Whether a point with a number for every target is so near that the model does not extrapolate.
+// Whether a point of high fidelity with a number for every target is so near that the model does
+// not extrapolate.
 bool Calibration::has_run_near(const VectorXd& u) const {
   constexpr double near = 0.03;  // of the range, root mean square over the parameters
   return std::any_of(a_.points.begin(), a_.points.end(), [&](const Point& p) {
     return (p.u - u).norm() <= near * std::sqrt(static_cast<double>(u.size())) &&
-           std::all_of(study_.targets.begin(), study_.targets.end(),
-                       [&](const Target& t) { return !p.finished(t.response).empty(); });
+           std::all_of(study_.targets.begin(), study_.targets.end(), [&](const Target& t) {
+             return !p.is_low_fidelity(t.response.experiment) && !p.finished(t.response).empty();
+           });
   });
+}
+
+// Whether the bias of the low fidelity is the larger part of what the model of a target is
+// uncertain by at the estimate: runs of low fidelity cannot narrow it then.
+bool Calibration::is_bias_dominant() const {
+  constexpr double larger_part = 0.5;  // of the variance
+  return std::any_of(a_.models->targets.begin(), a_.models->targets.end(),
+                     [&](const ResponseModel& m) {
+                       const double bias = m.surrogate.best.fidelity_bias(best_).sd;
+                       return bias * bias > larger_part * m.surrogate.best.predict(best_).variance;
+                     });
 }
 
 // Reports the best region so far and the combinations that the data determine.
@@ -390,13 +433,16 @@ void Calibration::refine() {
     points = std::min(points, (seeds_left() - seeds_reserved()) / replicates_per_point_);
   // Where the targets seem to be missed, the nearest parameters are simulated before that is said.
   const bool missed = !a_.goodness->acceptable();
+  const bool low = study_.low_fidelity && !missed && !is_bias_dominant();
   for (const VectorXd& u :
        refinement_points(study_, *a_.models, *a_.posterior, missed ? a_.goodness->u : best_,
                          missed ? FirstPoint::estimate : FirstPoint::estimate_if_uncertain, taken,
-                         points, replicates_per_point_))
+                         points, replicates_per_point_, low)) {
     batch.push_back(study_runs_.point(phase, number++,
                                       allowed_values(study_.constraints, study_.parameters, u),
                                       seed_list(study_.seed, replicates_per_point_)));
+    if (low) batch.back() = study_runs_.in_low_fidelity(batch.back());
+  }
   progress_.phase("splitting the equally good");
   run(batch);
   a_.points.insert(a_.points.end(), batch.begin(), batch.end());

@@ -52,6 +52,7 @@ class Calibration {
   void run_initial_design();
   std::vector<Point> reused_points();
   void space_filling_design();
+  std::vector<Point> in_both_forms(std::vector<Point> design) const;
   bool noise_is_negligible() const;
   bool extend_design();
   void check_outliers();
@@ -62,6 +63,8 @@ class Calibration {
   void record_estimate(const std::string& after);
   void judge_fit();
   bool has_run_near(const Eigen::VectorXd& u) const;
+  bool is_bias_dominant() const;
+  void describe_fidelity();
   int seeds_left() const;
   int seeds_reserved() const;
   void report_estimate() const;

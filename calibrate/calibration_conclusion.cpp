@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "calibrate/calibration.h"
 #include "calibrate/numerics/experimental_design.h"
@@ -230,6 +231,28 @@ bool Calibration::agrees(const CheckedSet& set) const {
   return chi_square_tail(chi_square, static_cast<double>(study_.targets.size())) >= significance;
 }
 
+// What the low fidelity changed at the estimate, and what runs of both forms took.
+void Calibration::describe_fidelity() {
+  if (!study_.low_fidelity) return;
+  FidelityOutcome outcome;
+  if (a_.models && best_.size() > 0)
+    for (const auto* models : {&a_.models->targets, &a_.models->observed})
+      for (const ResponseModel& m : *models)
+        if (study_.low_fidelity->applies(m.response.experiment))
+          outcome.biases.push_back(
+              {m.response.label, m.unit, m.surrogate.best.fidelity_bias(best_)});
+  std::set<std::string> counted;  // keys: points may share runs
+  for (const Point& p : a_.points)
+    for (std::size_t e = 0; e < p.results.size(); ++e)
+      for (std::size_t s = 0; s < p.results[e].size(); ++s) {
+        if (!study_.low_fidelity->applies(e) || !counted.insert(p.keys[e][s]).second) continue;
+        FidelityOutcome::Runs& runs = p.is_low_fidelity(e) ? outcome.low : outcome.high;
+        ++runs.count;
+        runs.wall += p.results[e][s].wall;
+      }
+  a_.fidelity = outcome;
+}
+
 // Shifts by each numerics check, against the runs at the middle.
 void Calibration::compare_numerics() {
   const auto center = std::find_if(a_.points.begin(), a_.points.end(),
@@ -309,6 +332,7 @@ CalibrationResult Calibration::finish() {
           a_.posterior->hpd_level(NegativeLogPosterior(study_, *a_.models).cost(point.u));
   }
   compare_numerics();
+  describe_fidelity();
   if (a_.models)
     for (const auto* models : {&a_.models->targets, &a_.models->observed})
       for (const ResponseModel& m : *models) {

@@ -158,7 +158,7 @@ std::vector<RidgeMember> ridge(const Study& study, const NegativeLogPosterior& m
 std::vector<VectorXd> refinement_points(const Study& study, const ResponseModels& models,
                                         const Posterior& posterior, const VectorXd& estimate,
                                         FirstPoint first, std::vector<VectorXd> taken, int count,
-                                        int seeds) {
+                                        int seeds, bool low_fidelity) {
   const std::vector<VectorXd> pool = resampled(posterior, candidates);
   std::vector<Surrogate> believed;
   for (const ResponseModel& m : models.targets) believed.push_back(m.surrogate.best);
@@ -188,7 +188,7 @@ std::vector<VectorXd> refinement_points(const Study& study, const ResponseModels
     for (std::size_t k = 0; k < believed.size(); ++k) {
       const double level = believed[k].predict(*best).mean;
       const double noise = models.targets[k].noise.at(level);
-      believed[k] = believed[k].with_fantasy_point(*best, noise * noise / seeds);
+      believed[k] = believed[k].with_fantasy_point(*best, noise * noise / seeds, low_fidelity);
     }
   }
   return chosen;

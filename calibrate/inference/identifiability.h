@@ -73,11 +73,12 @@ enum class FirstPoint { estimate, estimate_if_uncertain };
 // Points at which the next runs are most informative. The first is the estimate `best`: always, or
 // while the prediction there is uncertain. The others are posterior samples with the most uncertain
 // predictions. Each is chosen as if the previous ones had given their predicted responses, and at a
-// distance from each other and from `taken` (unit cube). `seeds`: runs of each point.
+// distance from each other and from `taken` (unit cube). `seeds`: runs of each point;
+// `low_fidelity`: whether they are of low fidelity.
 std::vector<Eigen::VectorXd> refinement_points(const Study& study, const ResponseModels& models,
                                                const Posterior& posterior,
                                                const Eigen::VectorXd& best, FirstPoint first,
                                                std::vector<Eigen::VectorXd> taken, int count,
-                                               int seeds);
+                                               int seeds, bool low_fidelity = false);
 
 }  // namespace firn

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
+#include <limits>
 
 namespace firn {
 namespace {
@@ -11,6 +12,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double pull_sd = 1;             // of the weak pull, in ranges
 constexpr double share_reach = 0.15;      // width of the smoothing, unit cube
 constexpr double share_prior_runs = 0.5;  // runs that end otherwise, believed everywhere
@@ -48,7 +50,10 @@ std::vector<NoiseSite> noise_sites(const ResponseModel& m, const SurrogateData& 
     if (s.count >= 2) {
       sites.push_back({u, s.sum_of_squares / pooled, s.count - 1.0});
     } else {
-      const double share = pooled / (pooled + m.surrogate.best.predict(u).variance);
+      const bool low = !data.low_fidelity.empty() && data.low_fidelity[static_cast<std::size_t>(i)];
+      const Surrogate& best = m.surrogate.best;
+      const Prediction there = low ? best.predict_low_fidelity(u) : best.predict(u);
+      const double share = pooled / (pooled + there.variance);
       sites.push_back({u, share * z[i] * z[i], share});
     }
   }
@@ -83,11 +88,19 @@ std::optional<ResponseModel> fit_response_model(const ResponseId& response,
     data.u.row(i) = used[static_cast<std::size_t>(i)]->u.transpose();
     data.y[i] = s.mean;
     data.noise_variance[i] = std::pow(noise->at(s.mean), 2) / s.count;
+    data.low_fidelity.push_back(
+        used[static_cast<std::size_t>(i)]->is_low_fidelity(response.experiment));
   }
   data.noise_freedom = noise->degrees_of_freedom;
-  ResponseModel m{
-      response,          unit, *noise, choose_surrogate(data), samples, data.y.minCoeff(),
-      data.y.maxCoeff(), 0};
+  ResponseModel m{response, unit, *noise, choose_surrogate(data), samples, infinity, -infinity, 0};
+  // A low fidelity says nothing of the range without its bias.
+  const bool all_low = std::find(data.low_fidelity.begin(), data.low_fidelity.end(), false) ==
+                       data.low_fidelity.end();
+  for (Index i = 0; i < n; ++i) {
+    if (data.low_fidelity[static_cast<std::size_t>(i)] && !all_low) continue;
+    m.lowest = std::min(m.lowest, data.y[i]);
+    m.highest = std::max(m.highest, data.y[i]);
+  }
   m.noise_sites = noise_sites(m, data);
   m.local_noise = LocalNoise(m.noise_sites);
   if (!m.local_noise.uniform()) {

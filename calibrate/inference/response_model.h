@@ -36,7 +36,7 @@ struct ResponseModel {
   NoiseModel noise;
   SurrogateChoice surrogate;
   std::vector<Sample> samples;     // one per point of the fit
-  double lowest = 0, highest = 0;  // means of the points
+  double lowest = 0, highest = 0;  // means of the points of high fidelity, if there are any
   double largest_leave_one_out_z = 0;
   std::vector<NoiseSite> noise_sites = {};  // relative to `noise`
   LocalNoise local_noise = {};              // of these sites

@@ -19,6 +19,9 @@ using Eigen::VectorXd;
 // Standard deviations believed of the trend's coefficients, in units of the spread of the data,
 // for coordinates that run from -1 to 1.
 constexpr double level_belief = 10, slope_belief = 10, curvature_belief = 1;
+// The same of the bias of a low fidelity: as large as the response varies, and less of its slopes
+// and its curvature. A few points in both forms hardly show a curvature: it must not be excluded.
+constexpr double bias_level_belief = 1, bias_slope_belief = 0.3, bias_curvature_belief = 0.1;
 // Ranges and priors of departure and length: a process of a tenth of the spread, lack of fit of a
 // fiftieth, and shapes as wide as most of the range. Keeps a handful of points from choosing
 // wonders. With one run at most points, data hardly distinguish lack of fit from noise: a larger
@@ -49,6 +52,18 @@ ArrayXd scaled_norms(const MatrixXd& apart, const VectorXd& lengths) {
   return (apart * lengths.cwiseInverse().asDiagonal()).rowwise().norm();
 }
 
+// 1, x_i and, if quadratic, all x_i x_j.
+VectorXd polynomial(const VectorXd& x, bool quadratic) {
+  const Index d = x.size();
+  VectorXd h(quadratic ? 1 + d + d * (d + 1) / 2 : 1 + d);
+  h[0] = 1;
+  h.segment(1, d) = x;
+  if (quadratic)
+    for (Index i = 0, k = 1 + d; i < d; ++i)
+      for (Index j = i; j < d; ++j) h[k++] = x[i] * x[j];
+  return h;
+}
+
 double log_normal_penalty(double log_value, double guess, double spread) {
   const double d = (log_value - std::log(guess)) / spread;
   return 0.5 * d * d;
@@ -75,11 +90,21 @@ Surrogate::Surrogate(const SurrogateData& data, const SurrogateForm& form)
   z_ = (t.array() - shift_) / scale_;
   z_noise_ = data_.noise_variance / (scale_ * scale_);
   if (form_.logarithm) z_noise_ = z_noise_.array() / data_.y.array().square();
+  if (std::find(data_.low_fidelity.begin(), data_.low_fidelity.end(), true) ==
+      data_.low_fidelity.end())
+    data_.low_fidelity.clear();
   h_.resize(n, basis(VectorXd::Zero(d)).size());
-  for (Index i = 0; i < n; ++i) h_.row(i) = basis(data_.u.row(i).transpose()).transpose();
+  for (Index i = 0; i < n; ++i)
+    h_.row(i) = basis(data_.u.row(i).transpose(), is_low_fidelity(i)).transpose();
   belief_ = VectorXd::Constant(h_.cols(), curvature_belief * curvature_belief);
   belief_.head(d + 1).setConstant(slope_belief * slope_belief);
   belief_[0] = level_belief * level_belief;
+  if (!data_.low_fidelity.empty()) {
+    const Index bias = 1 + d + d * (d + 1) / 2, first = h_.cols() - bias;
+    belief_.tail(bias).setConstant(bias_curvature_belief * bias_curvature_belief);
+    belief_.segment(first, d + 1).setConstant(bias_slope_belief * bias_slope_belief);
+    belief_[first] = bias_level_belief * bias_level_belief;
+  }
   fit();
 }
 
@@ -94,15 +119,13 @@ double Surrogate::discrepancy_sd() const {
 
 const VectorXd& Surrogate::lengths() const { return most_likely_.lengths; }
 
-VectorXd Surrogate::basis(const VectorXd& u) const {
-  const Index d = u.size();
+VectorXd Surrogate::basis(const VectorXd& u, bool low_fidelity) const {
   const VectorXd x = 2 * u.array() - 1;
-  VectorXd h(form_.quadratic ? 1 + d + d * (d + 1) / 2 : 1 + d);
-  h[0] = 1;
-  h.segment(1, d) = x;
-  if (form_.quadratic)
-    for (Index i = 0, k = 1 + d; i < d; ++i)
-      for (Index j = i; j < d; ++j) h[k++] = x[i] * x[j];
+  const VectorXd trend = polynomial(x, form_.quadratic);
+  if (data_.low_fidelity.empty()) return trend;
+  const VectorXd bias = polynomial(x, true);
+  VectorXd h(trend.size() + bias.size());
+  h << trend, (low_fidelity ? 1.0 : 0.0) * bias;
   return h;
 }
 
@@ -212,8 +235,44 @@ void Surrogate::fit() {
   inflation_ = std::max(1.0, leave_one_out_z().squaredNorm() / double(z_.size()));
 }
 
+Prediction Surrogate::predict_low_fidelity(const VectorXd& u) const {
+  Prediction p = predict_alone(u, false, true);
+  if (!companion_) return p;
+  const Prediction q = companion_->predict_low_fidelity(u);
+  const double b = companion_share_, a = 1 - b;
+  p.variance = a * p.variance + b * q.variance + a * b * std::pow(p.mean - q.mean, 2);
+  p.mean = a * p.mean + b * q.mean;
+  p.noise_variance = a * p.noise_variance + b * q.noise_variance;
+  return p;
+}
+
+FidelityBias Surrogate::fidelity_bias(const VectorXd& u) const {
+  if (data_.low_fidelity.empty()) return {};
+  const VectorXd h = basis(u, true) - basis(u, false);
+  const double share = 1 / static_cast<double>(members_.size());
+  double mean = 0, square = 0, variance = 0;
+  for (const Member& m : members_) {
+    const MemberPrediction one = predict_coefficients(m, h);
+    mean += share * one.mean;
+    square += share * one.mean * one.mean;
+    variance += share * one.variance;
+  }
+  variance = inflation_ * (variance + std::max(0.0, square - mean * mean));
+  FidelityBias bias{scale_ * mean, scale_ * std::sqrt(variance)};
+  if (form_.logarithm) {
+    const double high = predict_alone(u, false, false).mean;
+    bias = {high * std::expm1(bias.value), high * std::exp(bias.value) * bias.sd};
+  }
+  if (!companion_) return bias;
+  const FidelityBias other = companion_->fidelity_bias(u);
+  const double b = companion_share_, a = 1 - b;
+  return {a * bias.value + b * other.value,
+          std::sqrt(a * bias.sd * bias.sd + b * other.sd * other.sd +
+                    a * b * std::pow(bias.value - other.value, 2))};
+}
+
 Prediction Surrogate::predict(const VectorXd& u, bool gradients) const {
-  Prediction p = predict_alone(u, gradients);
+  Prediction p = predict_alone(u, gradients, false);
   if (!companion_) return p;
   const Prediction q = companion_->predict(u, gradients);
   const double b = companion_share_, a = 1 - b, apart = p.mean - q.mean;
@@ -249,6 +308,12 @@ Surrogate::MemberPrediction Surrogate::predict_polynomial(const Member& m, const
   return p;
 }
 
+Surrogate::MemberPrediction Surrogate::predict_coefficients(const Member& m,
+                                                            const VectorXd& h) const {
+  const VectorXd bh = belief_.asDiagonal() * h, k = h_ * bh;
+  return {k.dot(m.weights), std::max(0.0, h.dot(bh) - k.dot(m.covariance->solve(k))), 0, {}, {}};
+}
+
 Surrogate::MemberPrediction Surrogate::predict_process(const Member& m, const VectorXd& u,
                                                        const VectorXd& h,
                                                        const MatrixXd& dh) const {
@@ -278,10 +343,10 @@ Surrogate::MemberPrediction Surrogate::predict_process(const Member& m, const Ve
   return p;
 }
 
-Prediction Surrogate::predict_alone(const VectorXd& u, bool gradients) const {
+Prediction Surrogate::predict_alone(const VectorXd& u, bool gradients, bool low_fidelity) const {
   const Index d = u.size();
   const double share = 1 / static_cast<double>(members_.size());
-  const VectorXd h = basis(u);
+  const VectorXd h = basis(u, low_fidelity);
   const MatrixXd dh = gradients ? basis_gradient(u) : MatrixXd();
   // Moments of the mixture, standardised: of each member's mean and square, and its variance.
   double mean = 0, square = 0, variance = 0, noise = 0;
@@ -358,10 +423,12 @@ double Surrogate::leave_one_out_score() const {
   return score;
 }
 
-Surrogate Surrogate::with_fantasy_point(const VectorXd& u, double noise_variance) const {
+Surrogate Surrogate::with_fantasy_point(const VectorXd& u, double noise_variance,
+                                        bool low_fidelity) const {
   Surrogate s = *this;
   const Index n = z_.size();
-  const double y = predict(u).mean;
+  const double y = low_fidelity ? predict_low_fidelity(u).mean : predict(u).mean;
+  if (!data_.low_fidelity.empty()) s.data_.low_fidelity.push_back(low_fidelity);
   s.data_.u.conservativeResize(n + 1, Eigen::NoChange);
   s.data_.u.row(n) = u.transpose();
   s.data_.y.conservativeResize(n + 1);
@@ -373,11 +440,11 @@ Surrogate Surrogate::with_fantasy_point(const VectorXd& u, double noise_variance
   s.z_noise_.conservativeResize(n + 1);
   s.z_noise_[n] = noise_variance / (scale_ * scale_) / (form_.logarithm ? y * y : 1);
   s.h_.conservativeResize(n + 1, Eigen::NoChange);
-  s.h_.row(n) = basis(u).transpose();
+  s.h_.row(n) = basis(u, low_fidelity).transpose();
   for (Member& m : s.members_) s.factorize(m);
   if (companion_)
-    s.companion_ =
-        std::make_shared<const Surrogate>(companion_->with_fantasy_point(u, noise_variance));
+    s.companion_ = std::make_shared<const Surrogate>(
+        companion_->with_fantasy_point(u, noise_variance, low_fidelity));
   return s;
 }
 

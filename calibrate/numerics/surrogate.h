@@ -12,6 +12,11 @@
 // members of equal weight, drawn from the posterior of these hyperparameters, because the most
 // likely set alone understates the uncertainty. Equations: Rasmussen and Williams, Gaussian
 // Processes for Machine Learning, sections 2.2, 2.7, 5.2 and 5.4.2.
+//
+// Some of the data may be of a cheaper form of the simulator (low fidelity). At those points a
+// bias is added to T(y): a quadratic polynomial with a Gaussian prior, which the points in both
+// forms determine (Kennedy and O'Hagan 2000, with a factor of one). Predictions are of the high
+// fidelity.
 #pragma once
 
 #include <Eigen/Dense>
@@ -28,6 +33,13 @@ struct SurrogateData {
   Eigen::VectorXd noise_variance;  // [points], of that mean
   // Degrees of freedom of the estimated noise; 0: the noise is known.
   int noise_freedom = 0;
+  // [points], which of them are of low fidelity; empty: none.
+  std::vector<bool> low_fidelity = {};
+};
+
+// Response of the low fidelity minus that of the high one, with its standard deviation.
+struct FidelityBias {
+  double value = 0, sd = 0;
 };
 
 struct SurrogateForm {
@@ -53,6 +65,10 @@ class Surrogate {
   Surrogate(const SurrogateData& data, const SurrogateForm& form);
 
   Prediction predict(const Eigen::VectorXd& u) const { return predict(u, false); }
+  // Without gradients.
+  Prediction predict_low_fidelity(const Eigen::VectorXd& u) const;
+  // Zero without data of low fidelity.
+  FidelityBias fidelity_bias(const Eigen::VectorXd& u) const;
   Prediction predict_with_gradients(const Eigen::VectorXd& u) const { return predict(u, true); }
   // Leave-one-out errors: value of each point minus its prediction by the others [points]; unit of
   // the response, to first order for a logarithm.
@@ -69,7 +85,8 @@ class Surrogate {
 
   // This model with the same hyperparameters after one more point at its predicted value (kriging
   // believer). Used to estimate the information of a run there.
-  Surrogate with_fantasy_point(const Eigen::VectorXd& u, double noise_variance) const;
+  Surrogate with_fantasy_point(const Eigen::VectorXd& u, double noise_variance,
+                               bool low_fidelity = false) const;
 
   // This model mixed with another one. Their disagreement adds to the variance.
   Surrogate mixed_with(const Surrogate& other, double share) const;
@@ -98,20 +115,26 @@ class Surrogate {
     double error = 0, variance = 0, log_density = 0;
   };
   Prediction predict(const Eigen::VectorXd& u, bool gradients) const;
-  Prediction predict_alone(const Eigen::VectorXd& u, bool gradients) const;
+  Prediction predict_alone(const Eigen::VectorXd& u, bool gradients, bool low_fidelity) const;
   // By the basis h at u and, for gradients, its derivatives dh.
   MemberPrediction predict_polynomial(const Member& member, const Eigen::VectorXd& h,
                                       const Eigen::MatrixXd& dh) const;
   MemberPrediction predict_process(const Member& member, const Eigen::VectorXd& u,
                                    const Eigen::VectorXd& h, const Eigen::MatrixXd& dh) const;
+  // Of a sum of coefficients, by its factors h: its mean and variance, standardised.
+  MemberPrediction predict_coefficients(const Member& member, const Eigen::VectorXd& h) const;
   void fit();
   void factorize(Member& member) const;
   Eigen::LDLT<Eigen::MatrixXd> covariance(const Member& member) const;
   Member member(const Eigen::VectorXd& log_parameters) const;
   double objective(const Eigen::VectorXd& log_parameters) const;
-  Eigen::VectorXd basis(const Eigen::VectorXd& u) const;
+  // Trend, then bias where data of low fidelity have one.
+  Eigen::VectorXd basis(const Eigen::VectorXd& u, bool low_fidelity = false) const;
   Eigen::MatrixXd basis_gradient(const Eigen::VectorXd& u) const;  // [basis, parameters]
   LeftOut left_out(Eigen::Index point) const;
+  bool is_low_fidelity(Eigen::Index point) const {
+    return !data_.low_fidelity.empty() && data_.low_fidelity[static_cast<std::size_t>(point)];
+  }
   double transform(double y) const;
 
   SurrogateData data_;

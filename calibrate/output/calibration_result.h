@@ -50,6 +50,20 @@ struct NumericsOutcome {
   std::vector<Shift> shifts;  // of targets and observed responses that have values
 };
 
+// Of a study with a low fidelity: its bias, and the runs of both forms.
+struct FidelityOutcome {
+  struct Bias {
+    std::string response, unit;
+    FidelityBias bias;  // at the estimate
+  };
+  struct Runs {
+    int count = 0;
+    double wall = 0;  // s, of all together
+  };
+  std::vector<Bias> biases;  // of the responses that it changes; empty: nothing was fitted
+  Runs low, high;
+};
+
 // Sobol indices of a response over the ranges, and its noise.
 struct Sensitivity {
   std::string response;
@@ -106,6 +120,7 @@ struct CalibrationResult {
   std::vector<std::optional<PosteriorPredictive>> predictive;  // in order of the targets
   std::vector<CheckedSet> ridge;  // empty when every direction is identified
   std::vector<NumericsOutcome> numerics;
+  std::optional<FidelityOutcome> fidelity;
   std::vector<Sensitivity> sensitivity;         // targets, then observed responses
   std::vector<Profile> profiles;                // in order of the parameters
   std::vector<MeasurementValue> advice;         // best first

@@ -242,6 +242,18 @@ std::vector<Document::Numerics> numerics_of(const CalibrationResult& a) {
   return all;
 }
 
+Document::LowFidelity fidelity_of(const Study& study, const FidelityOutcome& outcome) {
+  Document::LowFidelity d;
+  for (const auto& [key, value] : study.low_fidelity->set) d.set.emplace_back(key, value);
+  for (const FidelityOutcome::Bias& b : outcome.biases)
+    d.biases.push_back({b.response, {b.bias.value, b.bias.sd, b.unit}});
+  d.runs = outcome.low.count;
+  d.wall_seconds = outcome.low.wall;
+  d.high_fidelity_runs = outcome.high.count;
+  d.high_fidelity_wall_seconds = outcome.high.wall;
+  return d;
+}
+
 std::vector<Document::Advice> advice_of(const CalibrationResult& a) {
   std::vector<Document::Advice> all;
   for (const MeasurementValue& m : a.advice) {
@@ -294,6 +306,7 @@ StudyDocument study_document(const Study& study, const CalibrationResult& a) {
   d.compare = sets_of(study, a.compare);
   d.sensitivity = sensitivity_of(study, a);
   d.numerics = numerics_of(a);
+  if (a.fidelity) d.low_fidelity = fidelity_of(study, *a.fidelity);
   d.measure_next = advice_of(a);
   if (a.direct)
     d.direct_search = {to_string(study.direct), a.direct->evaluations, a.direct->best_observed,

@@ -121,7 +121,7 @@ std::vector<VectorXd> label_places(const std::vector<VectorXd>& marks, std::size
   return places;
 }
 
-// A simulated point of the fit, and what came of its runs.
+// A simulated point of the fit, and what came of its runs; those of low fidelity less its bias.
 struct Mark {
   VectorXd u;
   Sample sample;
@@ -129,7 +129,9 @@ struct Mark {
 std::vector<Mark> marks_of(const Scene& s) {
   std::vector<Mark> marks;
   for (const Point& p : s.result.points) {
-    const Sample sample = firn::sample(p.finished(s.target.response));
+    Sample sample = firn::sample(p.finished(s.target.response));
+    if (p.is_low_fidelity(s.target.response.experiment))
+      sample.mean -= s.model.surrogate.best.fidelity_bias(p.u).value;
     if (sample.count > 0 && !p.phase.starts_with("compare")) marks.push_back({p.u, sample});
   }
   return marks;

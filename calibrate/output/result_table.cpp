@@ -345,6 +345,23 @@ void print_numerics(Out& out, const Study& study, const CalibrationResult& a) {
   }
 }
 
+void print_fidelity(Out& out, const Study& study, const CalibrationResult& a) {
+  if (!a.fidelity) return;
+  const FidelityOutcome& f = *a.fidelity;
+  const auto each = [](const FidelityOutcome::Runs& runs) {
+    return runs.count > 0 ? runs.wall / runs.count : 0;
+  };
+  std::vector<std::string> changes;
+  for (const auto& [key, value] : study.low_fidelity->set)
+    changes.push_back(fmt::format("{} = {}", key, value));
+  print(out, "\nLow fidelity: {}\n", fmt::join(changes, ", "));
+  print(out, "  {} runs of {:.3g} s each; {} of high fidelity of {:.3g} s\n", f.low.count,
+        each(f.low), f.high.count, each(f.high));
+  for (const FidelityOutcome::Bias& b : f.biases)
+    print(out, "  moves {:<{}} by {:.3g} ± {:.2g}{} at the answer\n", b.response,
+          label_width(study), b.bias.value, b.bias.sd, unit_suffix(b.unit));
+}
+
 std::string effort_text(double seconds) {
   if (seconds == 0) return "-";
   return seconds < 5400 ? fmt::format("{:.0f} min", seconds / 60)
@@ -406,6 +423,7 @@ std::string render_table(const Study& study, const CalibrationResult& a) {
   if (a.models) print_models(out, study, a);
   print_sensitivity(out, study, a);
   print_numerics(out, study, a);
+  print_fidelity(out, study, a);
   print_best(out, study, a);
   print_goodness(out, a);
   for (const OutlierRun& o : a.outliers) {

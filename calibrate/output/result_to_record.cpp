@@ -360,7 +360,12 @@ MaterialRecord material_record(const Study& study, const CalibrationResult& resu
   record.provenance.cases = cases_of(study, record.ensemble->reference_sets.front(), executor);
   record.scope = scope_of(study, record.provenance.cases);
   record.scope.insert(record.scope.end(), label.scope.begin(), label.scope.end());
-  record.note = result.headline + (label.note.empty() ? "" : ". " + label.note);
+  record.note = result.headline;
+  if (result.fidelity)
+    record.note += fmt::format(
+        ". {} of {} runs were of a low fidelity, whose bias the study estimated: see its file",
+        result.fidelity->low.count, result.fidelity->low.count + result.fidelity->high.count);
+  if (!label.note.empty()) record.note += ". " + label.note;
   return record;
 }
 

@@ -399,6 +399,32 @@ struct StudyDocument {
     }
   };
 
+  struct LowFidelity {
+    struct Bias {  // low minus high, at the estimate
+      double value = 0, uncertainty = 0;
+      std::string unit = "1";
+      template <class Fields>
+      void fields(Fields& f) {
+        f.required("value", value);
+        f.required("uncertainty", uncertainty);
+        f.added("unit", unit);
+      }
+    };
+    NamedValues<std::string> set;  // TOML texts by key
+    NamedValues<Bias> biases;      // by response
+    int runs = 0, high_fidelity_runs = 0;
+    double wall_seconds = 0, high_fidelity_wall_seconds = 0;
+    template <class Fields>
+    void fields(Fields& f) {
+      f.required("set", set);
+      f.required("biases", biases);
+      f.required("runs", runs);
+      f.required("wall_seconds", wall_seconds);
+      f.required("high_fidelity_runs", high_fidelity_runs);
+      f.required("high_fidelity_wall_seconds", high_fidelity_wall_seconds);
+    }
+  };
+
   struct Advice {  // on what to measure
     std::string response;
     bool repeats_a_target = false;
@@ -527,6 +553,7 @@ struct StudyDocument {
   std::vector<Set> ridge, compare;
   std::vector<Sensitivity> sensitivity;
   std::vector<Numerics> numerics;
+  std::optional<LowFidelity> low_fidelity;
   std::vector<Advice> measure_next;
   std::optional<DirectSearch> direct_search;
   std::optional<RunBudget> budget;
@@ -560,6 +587,7 @@ struct StudyDocument {
     f.added("compare", compare);
     f.added("sensitivity", sensitivity);
     f.added("numerics", numerics);
+    f.optional("low_fidelity", low_fidelity);
     f.added("measure_next", measure_next);
     f.optional("direct_search", direct_search);
     f.optional("budget", budget);

@@ -20,8 +20,13 @@ int part_of(int runs, double share, int least, int most) {
 std::int64_t fixed_runs(const Budget& b, const Study& study) {
   const auto compared = static_cast<std::int64_t>(study.compare.size());
   const auto checks = static_cast<std::int64_t>(study.numerics.size());
+  // The middle of the ranges and the pairs once more in the other form.
+  const std::int64_t in_both =
+      study.low_fidelity
+          ? b.center_replicates + std::int64_t{study.low_fidelity->pairs} * b.replicates_per_point
+          : 0;
   return b.center_replicates + compared * b.compare_replicates + checks * b.numerics_replicates +
-         b.confirmation_replicates + std::int64_t{2} * b.endpoint_replicates;
+         b.confirmation_replicates + std::int64_t{2} * b.endpoint_replicates + in_both;
 }
 
 // A tenth for the noise, a tenth for the confirmation, some for the ends of the ridge; of the rest

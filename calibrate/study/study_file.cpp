@@ -374,24 +374,46 @@ void read_responses(const TomlTable& root, const TomlTable& head, Study& study) 
   }
 }
 
+// What a table sets in the experiments, or in the one that it names. A program takes only what
+// its experiment sets as well.
+std::vector<Override> read_changes(const TomlTable& t, const Study& study,
+                                   std::optional<std::size_t>& only) {
+  std::vector<Override> changes = read_program_inputs(t);
+  if (t.has("experiment")) only = named_experiment(t, study);
+  for (std::size_t e = 0; e < study.experiments.size(); ++e) {
+    const Experiment& experiment = study.experiments[e];
+    if (!experiment.program || (only && *only != e)) continue;
+    for (const Override& change : changes)
+      if (std::none_of(experiment.set.begin(), experiment.set.end(),
+                       [&](const Override& o) { return o.first == change.first; }))
+        t.fail("set", fmt::format("\"{}\" is not a key of `set` of the experiment \"{}\"; expected "
+                                  "one, or another `experiment`",
+                                  change.first, experiment.name));
+  }
+  return changes;
+}
+
 void read_numerics(const TomlTable& root, Study& study) {
   for (const TomlTable& t : root.tables("numerics")) {
     t.allow({"name", "set", "experiment"});
-    NumericsCheck check{t.string("name"), read_program_inputs(t), {}};
-    if (t.has("experiment")) check.only = named_experiment(t, study);
-    for (std::size_t e = 0; e < study.experiments.size(); ++e) {
-      const Experiment& experiment = study.experiments[e];
-      if (!experiment.program || (check.only && *check.only != e)) continue;
-      for (const Override& change : check.set)
-        if (std::none_of(experiment.set.begin(), experiment.set.end(),
-                         [&](const Override& o) { return o.first == change.first; }))
-          t.fail("set",
-                 fmt::format("\"{}\" is not a key of `set` of the experiment \"{}\"; expected "
-                             "one, or another `experiment`",
-                             change.first, experiment.name));
-    }
+    NumericsCheck check{t.string("name"), {}, {}};
+    check.set = read_changes(t, study, check.only);
     study.numerics.push_back(std::move(check));
   }
+}
+
+void read_low_fidelity(const TomlTable& root, Study& study) {
+  const TomlTable t = root.required_table("low_fidelity");
+  t.allow({"set", "experiment", "pairs"});
+  LowFidelity low;
+  low.set = read_changes(t, study, low.only);
+  if (low.set.empty())
+    t.fail("set",
+           "is empty; expected the keys that make the case cheaper, such as "
+           "{ \"materials.ice.young_modulus\" = \"1 MPa\" }");
+  constexpr int usual_pairs = 2;
+  low.pairs = checked_count(t, "pairs", t.integer("pairs", 1, usual_pairs));
+  study.low_fidelity = std::move(low);
 }
 
 void read_direct(const TomlTable& root, Study& study) {
@@ -406,6 +428,7 @@ void read_direct(const TomlTable& root, Study& study) {
     t.fail("search", "takes no parameter with choices; expected a study without one");
   if (!study.curves.empty())
     t.fail("search", "takes no curves as targets; expected targets with a value");
+  if (study.low_fidelity) t.fail("search", "takes no [low_fidelity]; expected a study without it");
   if (!study.constraints.all.empty() || !study.priors.empty())
     t.fail("search", "takes neither [[priors]] nor [[constraints]]; expected a study without them");
 }
@@ -418,7 +441,7 @@ Study read_text(const std::string& text, const std::string& source, Simulates si
   TomlDocument document(study.text, source, TomlFormat::study);
   const TomlTable root = TomlTable::root(document);
   root.allow({"study", "experiments", "budget", "parameters", "priors", "constraints", "targets",
-              "observe", "compare", "numerics", "direct", "execution"});
+              "observe", "compare", "numerics", "low_fidelity", "direct", "execution"});
   const TomlTable head = root.required_table("study");
   head.allow({"name", "case", "bench_tests", "seed", "threads"});
   study.name = valid_name(head);
@@ -432,6 +455,7 @@ Study read_text(const std::string& text, const std::string& source, Simulates si
   read_responses(root, head, study);
   read_compare(root, study);
   read_numerics(root, study);
+  if (root.has("low_fidelity")) read_low_fidelity(root, study);
   if (root.has("direct")) read_direct(root, study);
   study.execution = read_execution(root);
   study.budget = read_budget(root, study);

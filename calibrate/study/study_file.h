@@ -84,6 +84,14 @@ struct NumericsCheck {
   std::optional<std::size_t> only;  // experiment; without it, all
 };
 
+// A cheaper form of the case, which explores the ranges in place of the case itself.
+struct LowFidelity {
+  std::vector<Override> set;
+  std::optional<std::size_t> only;  // experiment; without it, all
+  int pairs = 0;                    // points of the design that are simulated in both forms
+  bool applies(std::size_t experiment) const { return !only || *only == experiment; }
+};
+
 // Numbers of points and simulations by purpose. A point is one parameter set; a run is one seed of
 // it in every experiment.
 struct Budget {
@@ -133,6 +141,7 @@ struct Study {
   std::vector<Observed> observed;
   std::vector<CompareSet> compare;
   std::vector<NumericsCheck> numerics;
+  std::optional<LowFidelity> low_fidelity;
   Execution execution;
   // A material record of whose family the run of seed k uses draw k; empty: none.
   std::string drawn_material;

@@ -95,6 +95,13 @@ Point StudyRuns::point(const std::string& phase, int number, const std::vector<d
   return {phase, number, values, to_unit(study_.parameters, values), seeds, {}, {}, {}, {}};
 }
 
+Point StudyRuns::in_low_fidelity(Point point) const {
+  point.phase = low_fidelity_phase + point.phase;
+  for (std::size_t e = 0; e < study_.experiments.size(); ++e)
+    point.low_fidelity.push_back(study_.low_fidelity->applies(e));
+  return point;
+}
+
 std::vector<Override> overrides_of(const Study& study, const Experiment& experiment,
                                    const std::vector<double>& values, std::uint64_t seed,
                                    const std::vector<Override>& of_the_point) {
@@ -210,15 +217,17 @@ std::vector<Point> StudyRuns::reusable(int most_runs) {
 BatchRun StudyRuns::batch_run(const Point& point, std::size_t e, std::uint64_t seed) const {
   const Experiment& experiment = study_.experiments[e];
   const RunLabel label{experiment.name, point.phase, point.number, describe(point), seed};
+  std::vector<Override> set = point.set;
+  if (point.is_low_fidelity(e))
+    set.insert(set.end(), study_.low_fidelity->set.begin(), study_.low_fidelity->set.end());
   BatchRun run =
       experiment.program
-          ? batch_.make(
-                program_run(*experiment.program,
-                            placeholders_of(study_, experiment, point.values, seed, point.set)),
-                folder_, label)
+          ? batch_.make(program_run(*experiment.program,
+                                    placeholders_of(study_, experiment, point.values, seed, set)),
+                        folder_, label)
           : batch_.make(experiment.case_file,
-                        overrides_of(study_, experiment, point.values, seed, point.set), folder_,
-                        label, material_of(study_, seed));
+                        overrides_of(study_, experiment, point.values, seed, set), folder_, label,
+                        material_of(study_, seed));
   run.job.threads = study_.threads;
   run.job.limits = study_.execution.limits;
   return run;

@@ -29,6 +29,11 @@ struct Point {
   std::vector<std::vector<std::string>> keys;   // of the runs, [experiment][seed]
   // Outliers (outliers.h): by label of a response, indices of seeds that give no value of it.
   std::map<std::string, std::set<std::size_t>> outliers = {};
+  std::vector<bool> low_fidelity = {};  // [experiment], whether simulated so; empty: none
+
+  bool is_low_fidelity(std::size_t experiment) const {
+    return experiment < low_fidelity.size() && low_fidelity[experiment];
+  }
 
   // Of the run with this index of its seed; nothing when it is no number.
   std::optional<double> value(const ResponseId& response, std::size_t seed) const;
@@ -73,6 +78,9 @@ class StudyRuns {
 
   Point point(const std::string& phase, int number, const std::vector<double>& values,
               const std::vector<std::uint64_t>& seeds) const;
+  // The same point in the study's low fidelity. Its phase begins with low_fidelity_phase.
+  Point in_low_fidelity(Point point) const;
+  static constexpr const char* low_fidelity_phase = "low fidelity: ";
   // Points within the ranges that other studies of the same case have run, according to the store,
   // with the seeds whose runs have ended in all experiments; of at most so many runs together. They
   // are chosen when the folder of the study is new, and read from its journal afterwards. Their

@@ -316,6 +316,19 @@ void knowledge_section(const StudyDocument& results, page::Page& page) {
   add_sensitivity(results, content);
 }
 
+void add_low_fidelity(const StudyDocument::LowFidelity& low, page::Content& content) {
+  page::Table table;
+  table.caption = fmt::format(
+      "What the low fidelity moves at the answer ({} runs of {}; {} of "
+      "high fidelity of {})",
+      low.runs, duration_text(low.wall_seconds / std::max(low.runs, 1)), low.high_fidelity_runs,
+      duration_text(low.high_fidelity_wall_seconds / std::max(low.high_fidelity_runs, 1)));
+  table.columns = {{"response", ""}, {"bias", ""}};
+  for (const auto& [response, bias] : low.biases)
+    table.rows.push_back({response, measured_text(bias.value, bias.uncertainty, bias.unit)});
+  content.table(table);
+}
+
 void numerics_section(const StudyDocument& results, page::Page& page) {
   page::Content& content = page.section("Numerics and convergence", "numerics");
   if (results.refinement)
@@ -328,6 +341,7 @@ void numerics_section(const StudyDocument& results, page::Page& page) {
     for (const auto& [response, of] : n.shifts)
       table.rows.push_back({n.name, response, measured_text(of.shift, of.standard_error, of.unit)});
   if (!table.rows.empty()) content.table(table);
+  if (results.low_fidelity) add_low_fidelity(*results.low_fidelity, content);
   page::Table models;
   models.caption = "Models of the responses";
   models.columns = {{"response", ""}, {"model", ""},      {"cross-check", ""},

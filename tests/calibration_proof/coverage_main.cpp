@@ -27,12 +27,13 @@ struct Tally {
   int studies = 0, region_95 = 0, region_68 = 0, ideal_95 = 0, ideal_68 = 0, intervals = 0;
   int parameters = 0, infeasible = 0, ideal_infeasible = 0, unconfirmed = 0, confirmed_values = 0;
   int combinations = 0, far_off = 0, predictions = 0;
-  double log_width = 0, confirmed_z2 = 0, model_z2 = 0;
+  double log_width = 0, confirmed_z2 = 0, model_z2 = 0, cost = 0;
 };
 
 void judge_study(const CoveredProblem& p, const VectorXd& truth_u, const Values& truth,
                  const std::vector<double>& target, const json& j, Tally& t) {
   ++t.studies;
+  t.cost += j["wall_seconds"].get<double>();
   t.infeasible += j["verdict"] == "infeasible";
   t.unconfirmed += j["verdict"] == "unconfirmed";
   const json& compared = j["compare"][0];
@@ -115,12 +116,13 @@ void print_row(const std::string& name, const Tally& t) {
   };
   const auto ratio = [](double z2, int of) { return std::sqrt(z2 / std::max(1, of)); };
   fmt::print(
-      "| {} | {} | {} | {} | {} | {} | {} | {:.2f} | {} of {} | {} ({}) | {} | {:.2f} | {:.2f} |\n",
+      "| {} | {} | {} | {} | {} | {} | {} | {:.2f} | {} of {} | {} ({}) | {} | {:.2f} | {:.2f} | "
+      "{:.0f} |\n",
       name, t.studies, share(t.region_95, t.studies), share(t.ideal_95, t.studies),
       share(t.region_68, t.studies), share(t.ideal_68, t.studies), share(t.intervals, t.parameters),
       std::exp(t.log_width / std::max(1, t.parameters)), t.far_off, t.combinations, t.infeasible,
       t.ideal_infeasible, t.unconfirmed, ratio(t.confirmed_z2, t.confirmed_values),
-      ratio(t.model_z2, t.predictions));
+      ratio(t.model_z2, t.predictions), t.cost / std::max(1, t.studies));
   std::fflush(stdout);
 }
 
@@ -130,7 +132,7 @@ void add(Tally& sum, const Tally& t) {
                         &Tally::ideal_infeasible, &Tally::unconfirmed, &Tally::confirmed_values,
                         &Tally::combinations, &Tally::far_off, &Tally::predictions})
     sum.*n += t.*n;
-  for (double Tally::*x : {&Tally::log_width, &Tally::confirmed_z2, &Tally::model_z2})
+  for (double Tally::*x : {&Tally::log_width, &Tally::confirmed_z2, &Tally::model_z2, &Tally::cost})
     sum.*x += t.*x;
 }
 
@@ -164,8 +166,8 @@ int main(int argc, char** argv) {
     fmt::print(
         "| problem, truth | studies | 95 % region | of the ideal | 68 % region | of the ideal | "
         "95 % intervals | width over ideal | determined off by > 2u | infeasible (ideal) | "
-        "unconfirmed | confirmed error over stated | model error over stated |\n"
-        "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+        "unconfirmed | confirmed error over stated | model error over stated | cost |\n"
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
     Tally all;
     for (int i = from; i < static_cast<int>(problems.size()) && i <= to; ++i) {
       const CoveredProblem& p = problems[static_cast<std::size_t>(i)];

@@ -18,7 +18,7 @@ using nlohmann::json;
 using Values = std::vector<double>;
 
 CoveredProblem read_covered_problem(const TomlTable& t) {
-  t.allow({"name", "truths", "parameters", "responses"});
+  t.allow({"name", "truths", "parameters", "responses", "low_fidelity_cost"});
   CoveredProblem p;
   p.name = t.string("name");
   p.truths = t.strings("truths");
@@ -26,6 +26,7 @@ CoveredProblem read_covered_problem(const TomlTable& t) {
   for (const std::string& truth : p.truths)
     if (truth != "prior" && truth != "border" && truth != "corner")
       t.fail("truths", "has another word; expected some of prior, border, corner");
+  p.low_fidelity_cost = t.number("low_fidelity_cost", 0);
   std::vector<std::string> names;
   for (const TomlTable& q : t.tables("parameters")) {
     q.allow({"name", "min", "max", "scale"});
@@ -38,14 +39,14 @@ CoveredProblem read_covered_problem(const TomlTable& t) {
     p.parameters.push_back(a);
   }
   for (const TomlTable& q : t.tables("responses")) {
-    q.allow({"name", "value", "uncertainty", "noise", "shift", "shift_share"});
+    q.allow({"name", "value", "uncertainty", "noise", "shift", "shift_share", "low_fidelity_bias"});
     const auto formula = [&](const char* key, const std::string& otherwise) {
       return q.at(key, [&] { return parse_formula(q.string(key, otherwise), names); });
     };
     p.responses.push_back({q.string("name"), q.number("uncertainty"),
                            q.at("value", [&] { return parse_formula(q.string("value"), names); }),
                            formula("noise", "0"), formula("shift", "0"),
-                           formula("shift_share", "0")});
+                           formula("shift_share", "0"), formula("low_fidelity_bias", "0")});
   }
   if (p.parameters.empty() || p.responses.empty())
     t.fail("", "has no parameters or no responses; expected both");
@@ -96,12 +97,17 @@ json solve_covered(const CoveredProblem& p, const Values& truth, const std::vect
   FakeExperiment experiment([&](const FakeExperiment::Values& keys, std::mt19937_64& random) {
     const Values v = plain.values(keys);
     std::vector<Response> all;
+    const bool low = keys.contains("low_fidelity");
     for (const CoveredResponse& r : p.responses)
-      all.push_back(scalar(r.name, r.run(v, random), "1"));
-    return finished(all);
+      all.push_back(scalar(r.name, r.run(v, random) + (low ? r.low_fidelity_bias(v) : 0), "1"));
+    JobResult result = finished(all);
+    if (low) result.wall = p.low_fidelity_cost;
+    return result;
   });
   const Folder folder("coverage");
-  const std::string file = folder.write("study.toml", study_text(plain, target, runs, seed));
+  std::string text = study_text(plain, target, runs, seed);
+  if (p.low_fidelity_cost > 0) text += "\n[low_fidelity]\nset = { low_fidelity = 1 }\n";
+  const std::string file = folder.write("study.toml", text);
   return json::parse(run_study(file, folder / "out", experiment).json);
 }
 

@@ -12,11 +12,12 @@
 
 namespace firn::proof {
 
-// A response with its own scatter: normal noise, and a shift in some of the runs.
+// A response with its own scatter: normal noise, and a shift in some of the runs. Runs of low
+// fidelity have the bias in addition.
 struct CoveredResponse {
   std::string name;
   double uncertainty = 0;
-  Formula value, noise, shift, shift_share;
+  Formula value, noise, shift, shift_share, low_fidelity_bias;
   double mean(const std::vector<double>& v) const { return value(v) + shift(v) * shift_share(v); }
   double run(const std::vector<double>& v, std::mt19937_64& random) const;
 };
@@ -26,6 +27,7 @@ struct CoveredProblem {
   std::vector<Parameter> parameters;
   std::vector<CoveredResponse> responses;
   std::vector<std::string> truths;  // "prior", "border", "corner"
+  double low_fidelity_cost = 0;     // of a run, where one of high fidelity costs 1; 0: none
 };
 
 // Throws InputError.
