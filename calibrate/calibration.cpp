@@ -55,8 +55,19 @@ bool Calibration::define_scores() {
   return true;
 }
 
-// The named sets, and the middle of the ranges with the case's numerics and with others. Points
-// share their seeds: the same packing where the parameters allow it.
+// Seeds that no point has used. The scatter of a simulator may depend on the seed alone, so that
+// points with the same seeds would all be off by the same amount, and not average it out.
+std::vector<std::uint64_t> Calibration::unused_seeds(int count) {
+  std::uint64_t first = next_seed_.value_or(study_.seed + design_seeds);
+  if (!next_seed_)
+    for (const Point& p : a_.points)  // of other studies, too
+      for (const std::uint64_t seed : p.seeds) first = std::max(first, seed + 1);
+  next_seed_ = first + static_cast<std::uint64_t>(count);
+  return seed_list(first, count);
+}
+
+// The named sets, and the middle of the ranges with the case's numerics and with others. These
+// share their seeds: what differs between them is the effect of the numerics.
 void Calibration::run_initial_design() {
   const Budget& b = study_.budget;
   const std::vector<double> middle =
@@ -132,7 +143,7 @@ void Calibration::space_filling_design() {
                                : spread_points(study_.constraints, study_.parameters, count, taken))
     design.push_back(study_runs_.point("design", static_cast<int>(design.size()),
                                        allowed_values(study_.constraints, study_.parameters, u),
-                                       seed_list(study_.seed, replicates_per_point_)));
+                                       unused_seeds(replicates_per_point_)));
   if (study_.low_fidelity) design = in_both_forms(std::move(design));
   progress_.phase("exploring the ranges");
   run(design);
@@ -235,7 +246,7 @@ bool Calibration::extend_design() {
     for (const Point& p : a_.points) number += p.phase.ends_with("design, continued");
     batch.push_back(study_runs_.point("design, continued", number,
                                       allowed_values(study_.constraints, study_.parameters, best),
-                                      seed_list(study_.seed, replicates_per_point_)));
+                                      unused_seeds(replicates_per_point_)));
     if (study_.low_fidelity) batch.back() = study_runs_.in_low_fidelity(batch.back());
   }
   progress_.phase("exploring further");
@@ -265,14 +276,13 @@ void Calibration::check_outliers() {
   a_.outliers = mark_outliers(study_, a_.points);
 }
 
-// The next seeds at points that have some.
+// Unused seeds at points that have some.
 void Calibration::run_more_seeds(const std::string& phase, const std::vector<std::size_t>& points,
                                  const std::vector<int>& seeds) {
   std::vector<Point> again;
   for (std::size_t i = 0; i < points.size(); ++i) {
     again.push_back(a_.points[points[i]]);
-    std::uint64_t next = again.back().seeds.back();
-    for (int k = 0; k < seeds[i]; ++k) again.back().seeds.push_back(++next);
+    for (const std::uint64_t seed : unused_seeds(seeds[i])) again.back().seeds.push_back(seed);
   }
   progress_.phase(phase);
   run(again);
@@ -440,7 +450,7 @@ void Calibration::refine() {
                          points, replicates_per_point_, low)) {
     batch.push_back(study_runs_.point(phase, number++,
                                       allowed_values(study_.constraints, study_.parameters, u),
-                                      seed_list(study_.seed, replicates_per_point_)));
+                                      unused_seeds(replicates_per_point_)));
     if (low) batch.back() = study_runs_.in_low_fidelity(batch.back());
   }
   progress_.phase("splitting the equally good");

@@ -51,6 +51,7 @@ class Calibration {
   bool define_scores();
   void run_initial_design();
   std::vector<Point> reused_points();
+  std::vector<std::uint64_t> unused_seeds(int count);
   void space_filling_design();
   std::vector<Point> in_both_forms(std::vector<Point> design) const;
   bool noise_is_negligible() const;
@@ -89,12 +90,13 @@ class Calibration {
   BatchProgress& progress_;
   CalibrationResult a_;
   std::vector<Point> numerics_;
-  Eigen::VectorXd best_;          // unit cube
-  int replicates_per_point_ = 1;  // at each point of the design and of the refinement
-  std::size_t reused_ = 0;        // points
-  int point_multiplier_ = 1;      // factor on the planned number of points
-  bool repeated_ = false;         // points with one run have been repeated, to estimate their noise
-  bool budget_used_ = false;      // refinement ended because the budget was used
+  Eigen::VectorXd best_;                    // unit cube
+  int replicates_per_point_ = 1;            // at each point of the design and of the refinement
+  std::size_t reused_ = 0;                  // points
+  std::optional<std::uint64_t> next_seed_;  // unused, of the design and what follows it
+  int point_multiplier_ = 1;                // factor on the planned number of points
+  bool repeated_ = false;     // points with one run have been repeated, to estimate their noise
+  bool budget_used_ = false;  // refinement ended because the budget was used
   bool fitted_ = false;
 };
 
@@ -105,5 +107,7 @@ std::string parameter_text(const Study& study, const std::vector<double>& values
 // Offset of the confirmation seeds from the seed of the study: these seeds have not been used
 // before.
 constexpr std::uint64_t confirm_seeds = 1000;
+// The same of the points of the design and the refinement.
+constexpr std::uint64_t design_seeds = 10000;
 
 }  // namespace firn

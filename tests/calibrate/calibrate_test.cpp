@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "calibrate/calibration.h"
 #include "experiments/storage/sqlite_file.h"
 #include "tests/support/fake_experiment.h"
 
@@ -177,9 +178,9 @@ TEST(Calibrate, EndsWithStatusOneWhenNothingFinishes) {
 TEST(Calibrate, AnAnswerThatFreshRunsContradictIsNotConfirmed) {
   const Folder folder("contradicted");
   FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
-    // Seeds from 1001 on are those of the confirmation.
-    return finished({scalar(
-        "aor", zhou(v) + (v.at("case.seed") > 1000 ? 5 : 0) + 0.2 * normal(random), "deg")});
+    const double seed = v.at("case.seed");
+    const bool confirms = seed > confirm_seeds && seed < design_seeds;
+    return finished({scalar("aor", zhou(v) + (confirms ? 5 : 0) + 0.2 * normal(random), "deg")});
   });
   const StudySummary s = run_study(folder.write("study.toml", friction_study(angle_target)),
                                    folder / "out", experiment);
@@ -191,7 +192,8 @@ TEST(Calibrate, ResponsesThatAreNotNumbersStayOutOfTheFit) {
   const Folder folder("nan");
   FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
     JobResult r = noisy_zhou(v, random);
-    if (v.at("case.seed") == 2) r.responses[0].value[0] = std::nan("");
+    const auto seed = static_cast<std::uint64_t>(v.at("case.seed"));
+    if (seed == 2 || (seed > design_seeds && seed % 2 == 0)) r.responses[0].value[0] = std::nan("");
     return r;
   });
   const StudySummary s = run_study(folder.write("study.toml", friction_study(angle_target)),

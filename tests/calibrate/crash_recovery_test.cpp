@@ -197,6 +197,15 @@ TEST_F(KillTestLong, KilledManyTimesItReachesTheSameAnswer) {
   }
 }
 
+// Lines for a failure. A results file that was cut short before has one, too: it is renamed.
+int failures(const std::string& said) {
+  std::istringstream lines(said);
+  int count = 0;
+  for (std::string line; std::getline(lines, line);)
+    count += line.find("; renamed to ") == line.npos ? 1 : 0;
+  return count;
+}
+
 // A limit on the size of files stands for a full disk: every write beyond it fails.
 TEST_F(KillTest, WithoutRoomOnTheDiskItStopsAndGoesOnLater) {
   folder_.write("study.toml", study_text(3, 1, 0, 2));
@@ -210,12 +219,7 @@ TEST_F(KillTest, WithoutRoomOnTheDiskItStopsAndGoesOnLater) {
               0);
     const std::string said = err();
     EXPECT_THAT(said, HasSubstr("firn: ")) << size;
-    // One line for the failure, and one for each results file that was cut short.
-    std::istringstream lines(said);
-    int failures = 0;
-    for (std::string line; std::getline(lines, line);)
-      failures += line.find("; renamed to ") == line.npos ? 1 : 0;
-    EXPECT_EQ(failures, 1) << said;
+    EXPECT_EQ(failures(said), 1) << said;
   }
   ASSERT_EQ(run("full"), 0) << err();
   EXPECT_EQ(results("full"), results("whole"));
@@ -242,7 +246,7 @@ TEST_F(KillTestLong, OnADiskThatIsFullItStopsAndGoesOnLater) {
     if (status == 0) break;
     ++stopped;
     const std::string said = err();
-    EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1) << said;
+    EXPECT_EQ(failures(said), 1) << said;
     EXPECT_THAT(said, testing::AnyOf(HasSubstr("No space left"), HasSubstr("full"))) << said;
   }
   EXPECT_GT(stopped, 3);
