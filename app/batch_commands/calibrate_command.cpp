@@ -123,10 +123,10 @@ void save(const MaterialRecord& record, MaterialDatabase& database) {
 
 // The answer and where the report is, one line each.
 std::string conclusion(const StudyDocument& results, const std::string& page) {
-  std::vector<page::Fact> facts = study_estimate(results);
+  std::vector<page::Property> facts = study_estimate(results);
   if (!page.empty()) facts.push_back({"Report", page});
   std::string text;
-  for (const page::Fact& fact : facts)
+  for (const page::Property& fact : facts)
     text += fmt::format("{:<13} {}\n", fact.name + ":", fact.value);
   return text;
 }

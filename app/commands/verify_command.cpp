@@ -64,7 +64,8 @@ void print_check(const Check& c) {
       c.bound == Bound::at_most || c.bound == Bound::at_least ? tolerance_text(c) : "expected",
       c.expected, unit);
   if (c.bound == Bound::relative || c.bound == Bound::absolute)
-    print_lines(stdout, " ({}, {} % of it used)", tolerance_text(c), number_text(100 * used(c), 2));
+    print_lines(stdout, " ({}, {} % of it used)", tolerance_text(c),
+                number_text(100 * tolerance_fraction(c), 2));
   print_lines(stdout, "\n");
 }
 
@@ -75,7 +76,7 @@ void print_table(const std::vector<VerificationCase>& cases, const std::vector<C
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const CaseResult& r = results[i];
     print_lines(stdout, "{:<32}{:>7}{:>9.2g}%{:>8.1f}s  {:<7}{}\n", cases[i].name, r.checks.size(),
-                100 * most_used(r), r.seconds, verdict(r), cases[i].title);
+                100 * max_tolerance_fraction(r), r.seconds, verdict(r), cases[i].title);
     if (!r.error.empty()) print_lines(stdout, "    {}\n", r.error);
     for (const Check& c : r.checks) {
       if (every_check || !passed(c)) print_check(c);

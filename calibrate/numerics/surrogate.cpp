@@ -18,10 +18,10 @@ using Eigen::VectorXd;
 
 // Standard deviations believed of the trend's coefficients, in units of the spread of the data,
 // for coordinates that run from -1 to 1.
-constexpr double level_belief = 10, slope_belief = 10, curvature_belief = 1;
+constexpr double level_prior_sd = 10, slope_prior_sd = 10, curvature_prior_sd = 1;
 // The same of the bias of a low fidelity: as large as the response varies, and less of its slopes
 // and its curvature. A few points in both forms hardly show a curvature: it must not be excluded.
-constexpr double bias_level_belief = 1, bias_slope_belief = 0.3, bias_curvature_belief = 0.1;
+constexpr double bias_level_prior_sd = 1, bias_slope_prior_sd = 0.3, bias_curvature_prior_sd = 0.1;
 // Ranges and priors of departure and length: a process of a tenth of the spread, lack of fit of a
 // fiftieth, and shapes as wide as most of the range. Keeps a handful of points from choosing
 // wonders. With one run at most points, data hardly distinguish lack of fit from noise: a larger
@@ -96,14 +96,14 @@ Surrogate::Surrogate(const SurrogateData& data, const SurrogateForm& form)
   h_.resize(n, basis(VectorXd::Zero(d)).size());
   for (Index i = 0; i < n; ++i)
     h_.row(i) = basis(data_.u.row(i).transpose(), is_low_fidelity(i)).transpose();
-  belief_ = VectorXd::Constant(h_.cols(), curvature_belief * curvature_belief);
-  belief_.head(d + 1).setConstant(slope_belief * slope_belief);
-  belief_[0] = level_belief * level_belief;
+  prior_variance_ = VectorXd::Constant(h_.cols(), curvature_prior_sd * curvature_prior_sd);
+  prior_variance_.head(d + 1).setConstant(slope_prior_sd * slope_prior_sd);
+  prior_variance_[0] = level_prior_sd * level_prior_sd;
   if (!data_.low_fidelity.empty()) {
     const Index bias = 1 + d + d * (d + 1) / 2, first = h_.cols() - bias;
-    belief_.tail(bias).setConstant(bias_curvature_belief * bias_curvature_belief);
-    belief_.segment(first, d + 1).setConstant(bias_slope_belief * bias_slope_belief);
-    belief_[first] = bias_level_belief * bias_level_belief;
+    prior_variance_.tail(bias).setConstant(bias_curvature_prior_sd * bias_curvature_prior_sd);
+    prior_variance_.segment(first, d + 1).setConstant(bias_slope_prior_sd * bias_slope_prior_sd);
+    prior_variance_[first] = bias_level_prior_sd * bias_level_prior_sd;
   }
   fit();
 }
@@ -153,7 +153,7 @@ Surrogate::Member Surrogate::member(const VectorXd& p) const {
 
 Eigen::LDLT<MatrixXd> Surrogate::covariance(const Member& m) const {
   const Index n = z_.size();
-  MatrixXd k = h_ * belief_.asDiagonal() * h_.transpose();
+  MatrixXd k = h_ * prior_variance_.asDiagonal() * h_.transpose();
   // Independent departures share nothing between places.
   if (form_.matern)
     for (Index i = 1; i < n; ++i) {
@@ -176,14 +176,14 @@ void Surrogate::factorize(Member& m) const {
   const VectorXd precision =
       (m.departure_variance + m.noise_factor * z_noise_.array() + jitter).inverse();
   MatrixXd information = h_.transpose() * precision.asDiagonal() * h_;
-  information.diagonal() += belief_.cwiseInverse();
+  information.diagonal() += prior_variance_.cwiseInverse();
   m.coefficient_covariance = information.ldlt().solve(MatrixXd::Identity(h_.cols(), h_.cols()));
   const MatrixXd gain = m.coefficient_covariance * h_.transpose() * precision.asDiagonal();
   m.coefficients = gain * z_;
   m.noise_covariance = m.noise_factor * gain * z_noise_.asDiagonal() * gain.transpose();
 }
 
-// Minus the logarithm of likelihood times belief, for the logarithms of departure sd, lengths and,
+// Minus the logarithm of likelihood times weight, for the logarithms of departure sd, lengths and,
 // unless it is known, noise sd over the stated one.
 double Surrogate::objective(const VectorXd& p) const {
   double penalty =
@@ -310,19 +310,19 @@ Surrogate::MemberPrediction Surrogate::predict_polynomial(const Member& m, const
 
 Surrogate::MemberPrediction Surrogate::predict_coefficients(const Member& m,
                                                             const VectorXd& h) const {
-  const VectorXd bh = belief_.asDiagonal() * h, k = h_ * bh;
+  const VectorXd bh = prior_variance_.asDiagonal() * h, k = h_ * bh;
   return {k.dot(m.weights), std::max(0.0, h.dot(bh) - k.dot(m.covariance->solve(k))), 0, {}, {}};
 }
 
 Surrogate::MemberPrediction Surrogate::predict_process(const Member& m, const VectorXd& u,
                                                        const VectorXd& h,
                                                        const MatrixXd& dh) const {
-  const VectorXd bh = belief_.asDiagonal() * h;
+  const VectorXd bh = prior_variance_.asDiagonal() * h;
   const MatrixXd apart = (-data_.u).rowwise() + u.transpose();
   const ArrayXd r = scaled_norms(apart, m.lengths);
   VectorXd k = h_ * bh;
   k.array() += m.departure_variance * matern(r);
-  // The half solution squared, not k . w: it loses no digits to the wide belief in the trend.
+  // The half solution squared, not k . w: it loses no digits to the wide weight in the trend.
   VectorXd half = m.covariance->transpositionsP() * k;
   m.covariance->matrixL().solveInPlace(half);
   VectorXd w = half.cwiseQuotient(m.covariance->vectorD());
@@ -335,7 +335,7 @@ Surrogate::MemberPrediction Surrogate::predict_process(const Member& m, const Ve
                      {},
                      {}};
   if (dh.size() == 0) return p;
-  MatrixXd dk = h_ * (belief_.asDiagonal() * dh);  // [points, parameters]
+  MatrixXd dk = h_ * (prior_variance_.asDiagonal() * dh);  // [points, parameters]
   dk += (m.departure_variance * matern_slope(r)).matrix().asDiagonal() * apart *
         m.lengths.cwiseAbs2().cwiseInverse().asDiagonal();
   p.mean_gradient = dk.transpose() * m.weights;
@@ -388,10 +388,10 @@ Surrogate::LeftOut Surrogate::left_out(Index point) const {
   double sum = 0, error = 0, square = 0;
   for (const Member& m : members_) {
     const double variance = 1 / m.precision[point], e = m.weights[point] * variance;
-    const double belief = std::sqrt(variance) * std::exp(0.5 * e * e / variance);
-    sum += belief;
-    error += belief * e;
-    square += belief * (e * e + variance);
+    const double weight = std::sqrt(variance) * std::exp(0.5 * e * e / variance);
+    sum += weight;
+    error += weight * e;
+    square += weight * (e * e + variance);
   }
   error /= sum;
   return {error, square / sum - error * error,

@@ -142,7 +142,7 @@ class Surrogate {
   double shift_ = 0, scale_ = 1;                // z = (T(y) - shift) / scale
   Eigen::VectorXd z_, z_noise_;                 // standardised data and noise variance
   Eigen::MatrixXd h_;                           // [points, basis]
-  Eigen::VectorXd belief_;                      // prior variance of each coefficient
+  Eigen::VectorXd prior_variance_;              // prior variance of each coefficient
   Member most_likely_;                          // not factorised
   std::vector<Member> members_;                 // of equal weight
   std::shared_ptr<const Surrogate> companion_;  // of the mixture; null: none

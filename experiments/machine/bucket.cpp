@@ -23,12 +23,12 @@ Outline half_floor(const Bucket& b) {
     floor.emplace_back(r * std::sin(angle), r * (1 - std::cos(angle)));
   }
   // From there along the tangent to the wall y = width / 2 + lean z.
-  const double way =
+  const double straight =
       (b.width / 2 + lean * floor.back().y() - floor.back().x()) / (cosine - lean * sine);
-  require(way > 0, "trough_radius",
+  require(straight > 0, "trough_radius",
           fmt::format("of {} is too wide for the bucket; expected less, or a smaller shoulder",
                       in_mm(r)));
-  floor.push_back(floor.back() + way * Point2(cosine, sine));
+  floor.push_back(floor.back() + straight * Point2(cosine, sine));
   return floor;
 }
 

@@ -305,14 +305,14 @@ Stations stations_along(const Section& section, const std::vector<Vec3>& line) {
     const Vec3& in = legs[j - 1];
     const Vec3 across = j < legs.size() ? Vec3(in + legs[j]) : in;
     for (const Vec3& from : stations[j - 1]) {
-      const double way = across.dot(line[j] - from) / across.dot(in);
-      if (!(way > 0)) {
+      const double distance = across.dot(line[j] - from) / across.dot(in);
+      if (!(distance > 0)) {
         throw InputError(
             fmt::format("has no room for the bend at point {}; expected longer legs or "
                         "gentler bends",
-                        way == way && j < legs.size() ? j + 1 : j));
+                        distance == distance && j < legs.size() ? j + 1 : j));
       }
-      stations[j].push_back(from + way * in);
+      stations[j].push_back(from + distance * in);
     }
   }
   return stations;

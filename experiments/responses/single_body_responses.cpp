@@ -82,13 +82,13 @@ SlideResult measure_slide(const BoundaryTrack& track, const Measure& measure) {
   result.passed = true;
   result.time = *to - *from;
   result.resolution = track.time[1] - track.time[0];
-  std::vector<double> time, way;
+  std::vector<double> time, distances;
   for (std::size_t k = 0; k < track.time.size(); ++k) {
     if (track.time[k] < *from || track.time[k] > *to) continue;
     time.push_back(track.time[k]);
-    way.push_back(track.distance[k]);
+    distances.push_back(track.distance[k]);
   }
-  if (time.size() >= 3) result.acceleration = curvature(time, way);
+  if (time.size() >= 3) result.acceleration = curvature(time, distances);
   return result;
 }
 

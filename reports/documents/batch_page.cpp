@@ -93,8 +93,8 @@ void batch_summary(const BatchState& state, page::Page& page) {
   else
     page.top().note({Mark::caution, task + " is not running"},
                     line + ". The same command continues from here.");
-  std::vector<page::Card> cards = {{"ended", std::to_string(ended), "", {}},
-                                   {"running", std::to_string(running), "", {}}};
+  std::vector<page::KeyFigure> cards = {{"ended", std::to_string(ended), "", {}},
+                                        {"running", std::to_string(running), "", {}}};
   const int stopped = state.count("failed") + state.count("crashed");
   const int limited = state.count("timed out") + state.count("out of memory");
   cards.push_back(
@@ -104,7 +104,7 @@ void batch_summary(const BatchState& state, page::Page& page) {
         {"beyond a limit", std::to_string(limited), "time or memory", {Mark::caution, ""}});
   if (const double wall = state.mean_wall(); std::isfinite(wall))
     cards.push_back({"mean time of a run", duration_text(wall), "", {}});
-  page.top().cards(cards);
+  page.top().key_figures(cards);
 }
 
 void estimate_section(const BatchState& state, page::Page& page) {

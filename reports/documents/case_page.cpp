@@ -207,10 +207,10 @@ void add_schedule(page::Page& page, const Case& c) {
         {"inlet " + s.name, s.shape, Cell(static_cast<double>(s.positions.size()) * s.batches),
          Cell(static_cast<double>(s.positions.size())), s.start, s.interval, s.stage});
   if (!fills.rows.empty()) content.table(fills);
-  content.facts({{"longest duration", fmt::format("{:.4g} s", c.duration)},
-                 {"time step", fmt::format("{:.4g} us", c.model.timestep * 1e6)},
-                 {"particles", fmt::format("{}", c.model.particles.size())},
-                 {"seed", fmt::format("{}", c.seed)}});
+  content.properties({{"longest duration", fmt::format("{:.4g} s", c.duration)},
+                      {"time step", fmt::format("{:.4g} us", c.model.timestep * 1e6)},
+                      {"particles", fmt::format("{}", c.model.particles.size())},
+                      {"seed", fmt::format("{}", c.seed)}});
   if (!c.timestep_reason.empty()) content.paragraph(c.timestep_reason);
 }
 

@@ -118,7 +118,7 @@ void claims_content(const Sets& sets, page::Content& content) {
   content.table(table);
   page::Content fold;
   fold.table(meaning);
-  content.fold("What the words are taken to mean", fold);
+  content.collapsible("What the words are taken to mean", fold);
 }
 
 std::vector<double> shares_of(std::vector<double> counts) {

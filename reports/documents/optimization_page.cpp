@@ -140,7 +140,7 @@ void slices_section(const Document& d, page::Page& page) {
 page::Page optimization_page_of(const Document& d) {
   page::Page page(d.name, fmt::format("optimization of {}", d.case_file));
   page.top().note(optimization_badge(d), d.headline);
-  std::vector<page::Fact> facts = {{d.goal, words(d.objective)}};
+  std::vector<page::Property> facts = {{d.goal, words(d.objective)}};
   for (const auto& limit : d.limits)
     facts.push_back({"probability of " + event_words(limit),
                      fmt::format("at most {}", number_text(limit.probability))});
@@ -149,7 +149,7 @@ page::Page optimization_page_of(const Document& d) {
   facts.push_back({"runs", d.not_finished > 0
                                ? fmt::format("{}, {} without a value", d.runs, d.not_finished)
                                : fmt::format("{}", d.runs)});
-  page.top().facts(facts);
+  page.top().properties(facts);
   if (d.best) {
     require_fitting(d, *d.best);
     best_section(d, page);

@@ -80,9 +80,9 @@ bool is_telling(const Response& r, const Case& c) {
 }
 
 // `responses` as ordered() has them.
-std::vector<page::Card> response_cards(const std::vector<Response>& responses, const Case& c) {
+std::vector<page::KeyFigure> response_cards(const std::vector<Response>& responses, const Case& c) {
   constexpr std::size_t kMost = 6;
-  std::vector<page::Card> cards;
+  std::vector<page::KeyFigure> cards;
   for (const Response& r : responses) {
     if (cards.size() == kMost || !is_telling(r, c)) continue;
     const std::string unit = unit_suffix(r.unit);
@@ -155,9 +155,9 @@ void top(const Recording& recording, const Case& c, const std::vector<Response>&
     if (stages[i].end_reason.starts_with("stalled"))
       page.top().note({Mark::caution, "jam"},
                       fmt::format("{}: {}", stages[i].name, stages[i].end_reason));
-  const std::vector<page::Card> cards = response_cards(responses, c);
-  if (!cards.empty()) page.top().cards(cards);
-  page.top().facts(
+  const std::vector<page::KeyFigure> cards = response_cards(responses, c);
+  if (!cards.empty()) page.top().key_figures(cards);
+  page.top().properties(
       {{"simulated time",
         fmt::format("{} of at most {} s", page::number_text(times.empty() ? 0 : times.back()),
                     page::number_text(c.duration))},
@@ -199,14 +199,14 @@ void bonds_section(const Recording& recording, page::Page& page) {
                           std::isfinite(b.stress) ? Cell(1e-3 * b.stress, 3) : Cell("")});
   }
   page::Content& content = page.section("Bonds", "bonds");
-  std::vector<page::Card> cards;
+  std::vector<page::KeyFigure> cards;
   for (const auto& [mode, count] : modes)
     cards.push_back({mode, std::to_string(count), "bonds", {}});
-  content.cards(cards);
+  content.key_figures(cards);
   if (table.rows.empty()) return;
   page::Content fold;
   fold.table(table);
-  content.fold(plural(table.rows.size(), "bond") + " that do not hold", fold);
+  content.collapsible(plural(table.rows.size(), "bond") + " that do not hold", fold);
 }
 
 // Whether the numbers can be trusted.
@@ -233,7 +233,7 @@ void diagnostics_section(const Recording& recording, const Case& c, page::Page& 
             "rises of energy that nothing explains add up to {} % of what was "
             "dissipated; repeat the run with a smaller time step to check whether they matter",
             page::number_text(100 * rise / turned, 3)));
-  content.facts(
+  content.properties(
       {{"largest overlap", fmt::format("{} mm", page::number_text(1e3 * overlap, 3))},
        {"energy error", fmt::format("{} J, compared with {} J dissipated",
                                     page::number_text(rise, 3), page::number_text(turned, 3))},
@@ -253,7 +253,7 @@ void case_section(const Recording& recording, const Case& c, page::Page& page) {
   if (!c.start.empty()) content.paragraph(fmt::format("Starts from {}.", c.start));
   page::Content fold;
   fold.code(shortest_numbers(c.resolved));
-  content.fold("The whole case, defaults filled in", fold);
+  content.collapsible("The whole case, defaults filled in", fold);
 }
 
 }  // namespace

@@ -234,11 +234,11 @@ std::vector<page::Figure> motion_figures(const Recording& recording, const Case&
       for (std::size_t k = 0; k < width; ++k) {
         const bool turns = frame.free->joints[k].kind == Joint::Kind::rotation;
         const std::string which = width > 1 ? fmt::format(", axis {}", k + 1) : "";
-        std::vector<double> way = column(coordinates, width, k);
-        for (double& w : way) w *= turns ? kRadToDeg : 1e3;
-        if (largest_magnitude(way) > 0)
+        std::vector<double> displacements = column(coordinates, width, k);
+        for (double& w : displacements) w *= turns ? kRadToDeg : 1e3;
+        if (largest_magnitude(displacements) > 0)
           figures.push_back(over_time(turns ? "angle" : "displacement", turns ? "deg" : "mm",
-                                      {curve(frame.name, recording, way)},
+                                      {curve(frame.name, recording, displacements)},
                                       fmt::format("{}{}: where it is.", frame.name, which)));
         const std::vector<double> drive = column(motors, width, k);
         if (largest_magnitude(drive) > 0)

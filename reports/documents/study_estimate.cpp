@@ -124,7 +124,7 @@ std::string combination_text(const StudyDocument::Combination& combination) {
   return text;
 }
 
-std::vector<page::Fact> study_estimate(const StudyDocument& results) {
+std::vector<page::Property> study_estimate(const StudyDocument& results) {
   if (!results.estimate) return {};
   return {{"Recommended", recommended(results)},
           {"Determined", determined(results)},

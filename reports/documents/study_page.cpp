@@ -62,7 +62,7 @@ double value_in(const StudyDocument::Set& set, const std::string& parameter) {
 // The answer, as every other place of the page and the command have it; without one the median.
 void study_summary(const StudyDocument& results, page::Page& page) {
   const bool answered = results.estimate.has_value();
-  std::vector<page::Card> cards;
+  std::vector<page::KeyFigure> cards;
   for (const StudyDocument::Parameter& p : results.parameters) {
     if (!is_fitted(p)) {
       if (!answered) continue;
@@ -76,9 +76,9 @@ void study_summary(const StudyDocument& results, page::Page& page) {
                      {}});
   }
   page.top().note(verdict_badge(results.verdict), headline(results));
-  page.top().cards(cards);
-  if (const std::vector<page::Fact> facts = study_estimate(results); !facts.empty())
-    page.top().facts(facts);
+  page.top().key_figures(cards);
+  if (const std::vector<page::Property> facts = study_estimate(results); !facts.empty())
+    page.top().properties(facts);
 }
 
 void targets_section(const StudyDocument& results, page::Page& page) {
@@ -357,7 +357,7 @@ void numerics_section(const StudyDocument& results, page::Page& page) {
 void study_runs_section(const StudyDocument& results, page::Page& page) {
   page::Content& content = page.section("Runs", "runs");
   const StudyDocument::RunCounts& runs = results.runs;
-  std::vector<page::Fact> facts;
+  std::vector<page::Property> facts;
   for (const auto& [name, count] : {std::pair("total", runs.total),
                                     {"finished", runs.finished},
                                     {"arched", runs.arched},
@@ -369,7 +369,7 @@ void study_runs_section(const StudyDocument& results, page::Page& page) {
     if (count > 0) facts.push_back({name, page::number_text(count)});
   if (results.wall_seconds)
     facts.push_back({"time of all runs", duration_text(*results.wall_seconds)});
-  content.facts(facts);
+  content.properties(facts);
 }
 
 page::Page page_of(const StudyDocument& results, const fs::path& folder) {

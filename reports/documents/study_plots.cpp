@@ -232,7 +232,7 @@ void estimate_history_section(const StudyDocument& results, page::Page& page) {
   numbers_of_all.table(table);
   page.section("Estimate by number of runs", "history")
       .figures(figures)
-      .fold("Numbers of these plots", numbers_of_all);
+      .collapsible("Numbers of these plots", numbers_of_all);
 }
 
 void add_sensitivity(const StudyDocument& results, page::Content& content) {

@@ -236,7 +236,7 @@ void response_plots(const SweepData& data, page::Page& page) {
   if (middle != figures.end()) {
     page::Content more;
     more.figures({middle, figures.end()});
-    content.fold(fmt::format("{} more plots", figures.end() - middle), more);
+    content.collapsible(fmt::format("{} more plots", figures.end() - middle), more);
   }
   if (left_out > 0)
     content.paragraph(fmt::format(
@@ -369,13 +369,13 @@ page::Page page_of(const SweepDocument& results) {
   const bool whole = finished == all;
   page.top().note(whole ? Badge{Mark::good, "finished"} : Badge{Mark::caution, "incomplete"},
                   fmt::format("{} of {} runs finished", finished, all));
-  std::vector<page::Fact> facts;
+  std::vector<page::Property> facts;
   for (const Varied& key : data.keys) {
     std::string values;
     for (const std::string& v : key.values) values += (values.empty() ? "" : ", ") + v;
     facts.push_back({words(key.name), values});
   }
-  if (!facts.empty()) page.top().facts(facts);
+  if (!facts.empty()) page.top().properties(facts);
   effects_section(results, page);
   if (results.effects.empty()) response_plots(data, page);
   powers_section(results, page);

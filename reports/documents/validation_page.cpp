@@ -49,9 +49,10 @@ void comparison_section(const Sets& sets, ValidationReplays* replays, page::Page
   page::Content& content = page.section(first.title, anchor);
   if (!first.note.empty()) content.paragraph(first.note);
   if (!first.measurement.empty())
-    content.facts({{first.code_to_code ? "by another simulation" : "measured", first.measurement},
-                   {"status of the measurement", first.measurement_status},
-                   {"simulated", first.experiment}});
+    content.properties(
+        {{first.code_to_code ? "by another simulation" : "measured", first.measurement},
+         {"status of the measurement", first.measurement_status},
+         {"simulated", first.experiment}});
   for (const ComparisonRow* c : sets) {
     std::string line = fmt::format("{}: {}", c->parameter_set, c->headline);
     if (!c->recommended_action.empty())
@@ -89,11 +90,11 @@ void validation_summary(const ValidationDocument& results, const std::vector<Set
   std::map<std::string, int> count;
   for (const ComparisonRow& c : results.comparisons)
     if (!c.code_to_code) ++count[c.verdict];
-  std::vector<page::Card> cards;
+  std::vector<page::KeyFigure> cards;
   for (const char* verdict :
        {"consistent", "inconsistent", "inconclusive", "not independent", "not comparable"})
     cards.push_back({verdict, std::to_string(count[verdict]), "", {badge_of(verdict).mark, " "}});
-  page.top().cards(cards);
+  page.top().key_figures(cards);
   if (!results.note.empty()) page.top().paragraph(results.note);
   page::Table table;
   table.caption = "Verdicts by comparison and parameter set";
@@ -146,7 +147,7 @@ void runs_section(const ValidationDocument& results, page::Page& page) {
   content.code(commands, "To do it again");
   page::Content fold;
   fold.table(table);
-  content.fold(fmt::format("{} runs", table.rows.size()), fold);
+  content.collapsible(fmt::format("{} runs", table.rows.size()), fold);
 }
 
 void method_section(page::Page& page) {

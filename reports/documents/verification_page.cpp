@@ -50,12 +50,12 @@ std::string verdict_text(const CaseResult& r) {
   return passed(r) ? "holds" : "fails";
 }
 
-struct Tally {
+struct CheckCounts {
   int cases = 0, held = 0, checks = 0, checks_held = 0, not_run = 0;
 };
 
-Tally tally(const std::vector<CaseResult>& results) {
-  Tally t;
+CheckCounts count_checks(const std::vector<CaseResult>& results) {
+  CheckCounts t;
   for (const CaseResult& r : results) {
     ++t.cases;
     if (!r.ran) ++t.not_run;
@@ -69,7 +69,7 @@ Tally tally(const std::vector<CaseResult>& results) {
 }
 
 std::string summary_text(const std::vector<CaseResult>& results) {
-  const Tally t = tally(results);
+  const CheckCounts t = count_checks(results);
   std::string text = fmt::format("{} of {} cases hold, with {} of {} checks", t.held, t.cases,
                                  t.checks_held, t.checks);
   if (t.not_run > 0) text += fmt::format("; {} have not run", t.not_run);
@@ -102,7 +102,8 @@ void markdown_case(fmt::memory_buffer& out, const VerificationCase& c, const Cas
   for (const Check& k : r.checks) {
     fmt::format_to(to, "| {} | {} | {} | {} | {}{} |\n", markdown_cell(k.what),
                    value_text(k.measured, k.unit), value_text(k.expected, k.unit),
-                   tolerance_text(k), used_text(used(k)), passed(k) ? "" : " **fails**");
+                   tolerance_text(k), used_text(tolerance_fraction(k)),
+                   passed(k) ? "" : " **fails**");
   }
   fmt::format_to(to, "\n");
 }
@@ -120,7 +121,7 @@ std::string markdown(const std::vector<VerificationCase>& cases,
     const CaseResult& r = results[i];
     fmt::format_to(to, "| {} `{}` | {} | {} | {} | {} | {} |\n", markdown_cell(cases[i].title),
                    cases[i].name, markdown_cell(cases[i].reference), r.checks.size(),
-                   common_tolerance(r), used_text(most_used(r)), verdict_text(r));
+                   common_tolerance(r), used_text(max_tolerance_fraction(r)), verdict_text(r));
   }
   std::string last;
   for (std::size_t i = 0; i < cases.size(); ++i) {
@@ -182,7 +183,7 @@ void html_checks(fmt::memory_buffer& out, const CaseResult& r) {
                    "class=\"{}\">{}</tr>\n",
                    encode::markup(k.what), encode::markup(value_text(k.measured, k.unit)),
                    encode::markup(value_text(k.expected, k.unit)),
-                   encode::markup(tolerance_text(k)), bar(used(k), passed(k)),
+                   encode::markup(tolerance_text(k)), bar(tolerance_fraction(k), passed(k)),
                    passed(k) ? "holds" : "fails", passed(k) ? "" : "fails");
   }
   fmt::format_to(to, "</table></div>");
@@ -194,8 +195,9 @@ void html_case(fmt::memory_buffer& out, const VerificationCase& c, const CaseRes
   fmt::format_to(to, "<details{} id=\"{}\"><summary><h3>{}</h3>", r.ran && !good ? " open" : "",
                  encode::markup(c.name), encode::markup(c.title));
   if (r.ran && r.error.empty()) {
-    fmt::format_to(to, "{}<span class=\"faint count\">{} check{}</span>", bar(most_used(r), good),
-                   r.checks.size(), r.checks.size() == 1 ? "" : "s");
+    fmt::format_to(to, "{}<span class=\"faint count\">{} check{}</span>",
+                   bar(max_tolerance_fraction(r), good), r.checks.size(),
+                   r.checks.size() == 1 ? "" : "s");
   }
   fmt::format_to(to, "<span class=\"verdict {}\">{}</span></summary>\n", good ? "holds" : "fails",
                  verdict_text(r));
@@ -211,7 +213,7 @@ std::string html(const std::vector<VerificationCase>& cases, const std::vector<C
                  const std::string& program) {
   fmt::memory_buffer out;
   auto to = std::back_inserter(out);
-  const Tally t = tally(results);
+  const CheckCounts t = count_checks(results);
   fmt::format_to(to,
                  "<!DOCTYPE html>\n<html lang=\"en\"><meta charset=\"utf-8\">\n<meta "
                  "name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"

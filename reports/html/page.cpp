@@ -172,24 +172,24 @@ Content& Content::list(const std::vector<std::string>& items) {
   return *this;
 }
 
-Content& Content::cards(const std::vector<Card>& cards) {
+Content& Content::key_figures(const std::vector<KeyFigure>& figures) {
   html_ += "<ul class=\"cards\">\n";
-  for (const Card& card : cards) {
+  for (const KeyFigure& figure : figures) {
     html_ += fmt::format("<li class=\"card {}\"><span class=\"label\">{}</span><b>{}</b>",
-                         mark_class(card.badge.mark), encode::markup(card.label),
-                         encode::markup(card.value));
-    if (!card.note.empty())
-      html_ += fmt::format("<span class=\"faint\">{}</span>", encode::markup(card.note));
-    if (!card.badge.word.empty()) html_ += badge_html(card.badge);
+                         mark_class(figure.badge.mark), encode::markup(figure.label),
+                         encode::markup(figure.value));
+    if (!figure.note.empty())
+      html_ += fmt::format("<span class=\"faint\">{}</span>", encode::markup(figure.note));
+    if (!figure.badge.word.empty()) html_ += badge_html(figure.badge);
     html_ += "</li>\n";
   }
   html_ += "</ul>\n";
   return *this;
 }
 
-Content& Content::facts(const std::vector<Fact>& facts) {
+Content& Content::properties(const std::vector<Property>& properties) {
   html_ += "<dl>\n";
-  for (const Fact& fact : facts)
+  for (const Property& fact : properties)
     html_ += fmt::format("<dt>{}</dt><dd>{}</dd>\n", encode::markup(fact.name),
                          encode::markup(fact.value));
   html_ += "</dl>\n";
@@ -244,7 +244,7 @@ Content& Content::code(const std::string& text, const std::string& caption) {
   return *this;
 }
 
-Content& Content::fold(const std::string& summary, const Content& content, bool open) {
+Content& Content::collapsible(const std::string& summary, const Content& content, bool open) {
   html_ += fmt::format("<details{}><summary>{}</summary>\n{}</details>\n", open ? " open" : "",
                        encode::markup(summary), content.html_);
   drawings_.insert(drawings_.end(), content.drawings_.begin(), content.drawings_.end());

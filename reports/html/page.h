@@ -2,7 +2,7 @@
 // access.
 //
 //   page::Page page("Auger, half full", "seed 1");
-//   page.top().cards({{"delivered", "75 of 80", "cubes", {page::Mark::good, "within"}}});
+//   page.top().key_figures({{"delivered", "75 of 80", "cubes", {page::Mark::good, "within"}}});
 //   page::Content& loads = page.section("Loads");
 //   loads.figure({plots::draw(plot), "Force on the auger.", "Force against time, at most 12 N"});
 //   page.write("auger.html");
@@ -36,12 +36,12 @@ struct Badge {
 };
 
 // One number of a summary.
-struct Card {
+struct KeyFigure {
   std::string label, value, note;  // "angle of repose", "11.4 ± 1.2 deg", "measured: 10 ± 0.7 deg"
   Badge badge;
 };
 
-struct Fact {
+struct Property {
   std::string name, value;
 };
 
@@ -87,8 +87,8 @@ class Content {
   Content& paragraph(const std::string& text);
   Content& note(const Badge& badge, const std::string& text);  // set off, with its verdict
   Content& list(const std::vector<std::string>& items);
-  Content& cards(const std::vector<Card>& cards);
-  Content& facts(const std::vector<Fact>& facts);
+  Content& key_figures(const std::vector<KeyFigure>& figures);
+  Content& properties(const std::vector<Property>& properties);
   // Throws std::logic_error for a row that is not as long as the columns.
   Content& table(const Table& table);
   Content& figure(const Figure& figure);
@@ -96,7 +96,7 @@ class Content {
   // Commands, one a line, with a button that copies them.
   Content& code(const std::string& text, const std::string& caption = "");
   // A collapsible block, always open on paper.
-  Content& fold(const std::string& summary, const Content& content, bool open = false);
+  Content& collapsible(const std::string& summary, const Content& content, bool open = false);
   Content& html(const std::string& trusted);  // inserted unchanged
 
   const std::string& html() const { return html_; }

@@ -59,16 +59,16 @@ std::string for_page(std::string svg) {
 std::string prologue(int width, int height) {
   return fmt::format(
       "set encoding utf8\nset terminal svg size {},{} font ',16' rounded noenhanced\n"
-      "set datafile missing 'nan'\nset border 3 lc rgb {ink} lw 1\n"
-      "set tics nomirror out textcolor rgb {ink}\nset grid lc rgb {line} lw 1 dt 1\n"
-      "set xlabel textcolor rgb {ink}\nset ylabel textcolor rgb {ink}\n"
-      "set key outside top left horizontal Left reverse samplen 3 textcolor rgb {ink}\n",
-      width, height, fmt::arg("ink", ink::text), fmt::arg("line", ink::line));
+      "set datafile missing 'nan'\nset border 3 lc rgb {text} lw 1\n"
+      "set tics nomirror out textcolor rgb {text}\nset grid lc rgb {line} lw 1 dt 1\n"
+      "set xlabel textcolor rgb {text}\nset ylabel textcolor rgb {text}\n"
+      "set key outside top left horizontal Left reverse samplen 3 textcolor rgb {text}\n",
+      width, height, fmt::arg("text", color::text), fmt::arg("line", color::line));
 }
 
 }  // namespace
 
-std::string series_ink(int k) { return fmt::format("'#0102{:02x}'", kFirstSeries + k % kSeries); }
+std::string series_color(int k) { return fmt::format("'#0102{:02x}'", kFirstSeries + k % kSeries); }
 
 std::string dash(int k) {
   static constexpr std::array<const char*, 6> kDashes = {"1",     "'-'",    "(8,3,2,3)",
@@ -104,12 +104,12 @@ std::string Drawing::svg(const std::string& script) const {
   return for_page(gnuplot_.picture("plot.svg"));
 }
 
-std::string Drawing::nothing(const std::string& x_title, const std::string& y_title) const {
+std::string Drawing::empty_plot(const std::string& x_title, const std::string& y_title) const {
   return svg(
       fmt::format("set xlabel {}\nset ylabel {}\nunset tics\nset xrange [0:1]\nset yrange [0:1]\n"
                   "set label 'no finite values' at graph 0.5, graph 0.5 center textcolor rgb "
                   "{}\nplot -1 notitle\n",
-                  encode::gnuplot(x_title), encode::gnuplot(y_title), ink::faint));
+                  encode::gnuplot(x_title), encode::gnuplot(y_title), color::muted));
 }
 
 }  // namespace firn::plots

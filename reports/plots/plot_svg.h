@@ -12,12 +12,12 @@ namespace firn::plots {
 
 // Colors are names for those of the page's style sheet: gnuplot gets a placeholder color,
 // which the SVG replaces by var(--ink). Quoted for gnuplot.
-namespace ink {
+namespace color {
 constexpr const char* text = "'#010203'";
-constexpr const char* faint = "'#010204'";
+constexpr const char* muted = "'#010204'";
 constexpr const char* line = "'#010205'";
-}  // namespace ink
-std::string series_ink(int k);  // from 0; eight of them, then again
+}  // namespace color
+std::string series_color(int k);  // from 0; eight of them, then again
 
 // Dash and marker of series k, as gnuplot numbers them.
 std::string dash(int k);
@@ -37,7 +37,7 @@ class Drawing {
   // The drawing of the script as an SVG element with unique ids, for any place in a page.
   std::string svg(const std::string& script) const;
   // Axes with the note that there are no data.
-  std::string nothing(const std::string& x_title, const std::string& y_title) const;
+  std::string empty_plot(const std::string& x_title, const std::string& y_title) const;
 
  private:
   std::string write(const std::string& name, const double* values, std::size_t rows,

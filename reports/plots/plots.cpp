@@ -173,7 +173,7 @@ std::string rules_script(const std::vector<Rule>& vertical, const std::vector<Ru
         "set arrow from first {0:.17g}, graph 0 to first {0:.17g}, graph 1 nohead lw 1 dt 3 lc rgb "
         "{1} back\nset label {2} at first {0:.17g}, graph 0.97 right rotate by 90 offset -0.7,0 "
         "textcolor rgb {1} font ',11'\n",
-        r.at, ink::faint, encode::gnuplot(r.text));
+        r.at, color::muted, encode::gnuplot(r.text));
   }
   for (const Rule& r : horizontal) {
     if (!shown({}, r.at)) continue;
@@ -182,7 +182,7 @@ std::string rules_script(const std::vector<Rule>& vertical, const std::vector<Ru
         "{1} back\nset label {2} at graph 0.99, first {0:.17g} right offset 0,0.5 textcolor rgb "
         "{1} "
         "font ',11'\n",
-        r.at, ink::faint, encode::gnuplot(r.text));
+        r.at, color::muted, encode::gnuplot(r.text));
   }
   return script;
 }
@@ -235,8 +235,9 @@ std::string write_series(const Drawing& drawing, const std::string& name, const 
 }
 
 std::string with(const Series& s, int k) {
-  const std::string line = fmt::format("lc rgb {} lw 1.8 dt {}", series_ink(k), dash(k));
-  const std::string point = fmt::format("lc rgb {} pt {} ps 0.75 lw 1.4", series_ink(k), marker(k));
+  const std::string line = fmt::format("lc rgb {} lw 1.8 dt {}", series_color(k), dash(k));
+  const std::string point =
+      fmt::format("lc rgb {} pt {} ps 0.75 lw 1.4", series_color(k), marker(k));
   switch (s.style) {
     case Style::line:
       return "using 1:2 with lines " + line;
@@ -256,11 +257,11 @@ void add_series(std::vector<std::string>& commands, const std::string& file, con
   const auto add_band = [&](const char* columns, double opacity) {
     commands.push_back(fmt::format(
         "{} using {} with filledcurves fillstyle transparent solid {} noborder lc rgb {} notitle",
-        file, columns, opacity, series_ink(k)));
+        file, columns, opacity, series_color(k)));
   };
   if (!s.wide_low.empty()) add_band("1:7:8", 0.16);
   if (!s.low.empty()) add_band("1:5:6", 0.22);
-  const std::string bar = fmt::format("lc rgb {} lw 1.4 dt 1 pt -1 notitle", series_ink(k));
+  const std::string bar = fmt::format("lc rgb {} lw 1.4 dt 1 pt -1 notitle", series_color(k));
   if (!s.y_error.empty())
     commands.push_back(fmt::format("{} using 1:2:4 with yerrorbars {}", file, bar));
   if (!s.x_error.empty())
@@ -308,7 +309,7 @@ std::string draw(const XyPlot& plot) {
         write_series(drawing, fmt::format("series{}", k), s, plot.x, plot.y, any);
     add_series(commands, file, s, static_cast<int>(k));
   }
-  if (!any) return drawing.nothing(axis_title(plot.x), axis_title(plot.y));
+  if (!any) return drawing.empty_plot(axis_title(plot.x), axis_title(plot.y));
   for (const Rule& r : plot.vertical) x.see(r.at);
   for (const Rule& r : plot.horizontal) y.see(r.at);
   return drawing.svg(x.script('x') + y.script('y') + rules_script(plot.vertical, plot.horizontal) +
@@ -325,7 +326,7 @@ std::string draw(const IntervalPlot& plot) {
   for (const IntervalRow& row : plot.rows) {
     check(row.intervals.size() == n, "a row of intervals lacks some");
     labels += fmt::format("set label {} at graph 0.01, first {} left textcolor rgb {}\n",
-                          encode::gnuplot(row.label), top - 0.55, ink::text);
+                          encode::gnuplot(row.label), top - 0.55, color::text);
     double y = top - 1.4;
     for (std::size_t k = 0; k < n; ++k) {
       const auto& interval = row.intervals[k];
@@ -339,7 +340,7 @@ std::string draw(const IntervalPlot& plot) {
   const int key_lines = (static_cast<int>(n) + 1) / 2;
   Drawing drawing(plot.width, 75 + 20 * key_lines + static_cast<int>(-22 * top));
   const bool any = std::ranges::any_of(data, [](const auto& one) { return !one.empty(); });
-  if (!any) return drawing.nothing(axis_title(plot.x), "");
+  if (!any) return drawing.empty_plot(axis_title(plot.x), "");
   std::vector<std::string> commands;
   for (std::size_t k = 0; k < n; ++k) {
     if (data[k].empty()) continue;
@@ -348,12 +349,12 @@ std::string draw(const IntervalPlot& plot) {
     commands.push_back(
         fmt::format("{} using ($3):2:($4-$3):(0) with vectors heads size screen 0.008,90 lc rgb {} "
                     "lw 2.4 dt {} notitle",
-                    file, series_ink(series), dash(series)));
+                    file, series_color(series), dash(series)));
     commands.push_back(fmt::format("{} using 1:2 with points lc rgb {} pt {} ps 0.95 notitle", file,
-                                   series_ink(series), marker(series)));
+                                   series_color(series), marker(series)));
     commands.push_back(fmt::format(
         "keyentry with linespoints lc rgb {} lw 2.4 dt {} pt {} ps 0.95 title {}",
-        series_ink(series), dash(series), marker(series), encode::gnuplot(plot.names[k])));
+        series_color(series), dash(series), marker(series), encode::gnuplot(plot.names[k])));
   }
   return drawing.svg(
       extent.script('x') + rules_script(plot.vertical, {}) + labels +
@@ -393,7 +394,7 @@ std::string draw(const HistogramPlot& plot) {
     for (const double v : samples.values)
       if (shown(plot.x, v)) low = std::fmin(low, v), high = std::fmax(high, v);
   }
-  if (std::isnan(low)) return drawing.nothing(axis_title(plot.x), plot.y_label);
+  if (std::isnan(low)) return drawing.empty_plot(axis_title(plot.x), plot.y_label);
   if (low == high) low -= 0.5, high += 0.5;
   const int bins =
       plot.bins > 0
@@ -422,9 +423,9 @@ std::string draw(const HistogramPlot& plot) {
     commands.push_back(
         fmt::format("{} using 1:2 with filledcurves y1=0 fillstyle transparent solid 0.22 noborder "
                     "lc rgb {} notitle",
-                    file, series_ink(series)));
+                    file, series_color(series)));
     commands.push_back(fmt::format("{} using 1:2 with lines lc rgb {} lw 1.8 dt {} title {}", file,
-                                   series_ink(series), dash(series),
+                                   series_color(series), dash(series),
                                    encode::gnuplot(fmt::format("{} ({})", plot.samples[k].name,
                                                                plot.samples[k].values.size()))));
   }
@@ -459,7 +460,7 @@ std::string draw(const HeatMap& map) {
       const double z = map.z_values[j * map.x_values.size() + i];
       if (shown(map.z, z)) cells.push_back({x[i], x[i + 1], y[j], y[j + 1], z});
     }
-  if (cells.empty()) return drawing.nothing(axis_title(map.x), axis_title(map.y));
+  if (cells.empty()) return drawing.empty_plot(axis_title(map.x), axis_title(map.y));
   const std::string file = drawing.data("cells", cells);
   std::vector<std::string> commands = {
       fmt::format("{} using (($1+$2)/2):(($3+$4)/2):1:2:3:4:5 with boxxyerror fillstyle solid 1 "
@@ -491,7 +492,7 @@ std::string draw(const HeatMap& map) {
   return drawing.svg(
       axis_script('x', right) + axis_script('y', up) +
       fmt::format("set cblabel {} textcolor rgb {}\nset cbrange {}\n{}",
-                  encode::gnuplot(axis_title(map.z)), ink::text, range(map.z),
+                  encode::gnuplot(axis_title(map.z)), color::text, range(map.z),
                   map.z.log ? "set logscale cb\nset format cb '%g'\n" : "") +
       fmt::format("{}unset grid\nplot {}\n", palette_script(), fmt::join(commands, ", ")));
 }
@@ -527,18 +528,19 @@ std::string draw(const BarPlot& plot) {
     commands.push_back(fmt::format(
         "{0} using 1:2:({1}) with boxes lc rgb {3} fillstyle transparent solid {2} border lc rgb "
         "{3} title {4}",
-        file, 0.92 * width, k % 2 ? "0.12" : "0.75", series_ink(series), encode::gnuplot(s.name)));
+        file, 0.92 * width, k % 2 ? "0.12" : "0.75", series_color(series),
+        encode::gnuplot(s.name)));
     if (!s.errors.empty())
       commands.push_back(
           fmt::format("{} using 1:($2-$3):(0):(2*$3) with vectors nohead lc rgb {} lw 1.6 notitle",
-                      file, ink::text));
+                      file, color::text));
     if (std::ranges::any_of(rows, [](const auto& row) { return std::isfinite(row[3] + row[4]); }))
       commands.push_back(fmt::format(
           "{} using 1:4:(0):($5-$4) with vectors heads size screen 0.006,90 lc rgb {} lw 1.6 "
           "notitle",
-          file, ink::text));
+          file, color::text));
   }
-  if (!any) return drawing.nothing(plot.x_label, axis_title(plot.y));
+  if (!any) return drawing.empty_plot(plot.x_label, axis_title(plot.y));
   std::vector<std::string> tics;
   for (std::size_t i = 0; i < plot.categories.size(); ++i)
     tics.push_back(fmt::format("{} {}", encode::gnuplot_tic(plot.categories[i]), i));

@@ -84,7 +84,7 @@ class ContactScene {
     Image image;
     std::vector<Eigen::Vector3d> sum;
     for (int layer : {0, 1, 2}) {
-      image = render(scene_of(layer, direction), view, width);
+      image = render(make_scene(layer, direction), view, width);
       sum.resize(image.pixels.size(), Eigen::Vector3d::Zero());
       for (std::size_t k = 0; k < sum.size(); ++k) {
         for (int channel : {0, 1, 2})
@@ -213,7 +213,7 @@ class ContactScene {
   }
 
   // Lit from over the viewer's shoulder.
-  Scene scene_of(int layer, const Vec3& direction) const {
+  Scene make_scene(int layer, const Vec3& direction) const {
     Scene scene;
     const Vec3 right = direction.cross(Vec3::UnitZ()).normalized();
     scene.to_light = (-direction - 0.5 * right + 0.6 * Vec3::UnitZ()).normalized();

@@ -115,7 +115,7 @@ Bounds bounds_of(const ScenePicture& picture) {
   return bounds;
 }
 
-Scene scene_of(const ScenePicture& picture, const Bounds& bounds) {
+Scene make_scene(const ScenePicture& picture, const Bounds& bounds) {
   Scene scene;
   for (std::size_t i = 0; i < picture.walls.size(); ++i) {
     scene.bodies.push_back({picture.walls[i].placed, wall_color(i), true});
@@ -336,7 +336,7 @@ void draw_scene(const ScenePicture& picture, const std::string& file) {
   }
   bounds.min().array() -= 0.02 * bounds.diagonal().norm();
   bounds.max().array() += 0.02 * bounds.diagonal().norm();
-  const Scene scene = scene_of(picture, bounds);
+  const Scene scene = make_scene(picture, bounds);
   const Legend legend = legend_of(picture);
 
   constexpr double kTitle = 78, kBottom = 20;
@@ -479,7 +479,7 @@ Bounds scene_bounds(const ScenePicture& picture) { return bounds_of(picture); }
 void draw_film_picture(const ScenePicture& picture, const Bounds& bounds, const std::string& file) {
   constexpr double kTitle = 74, kMargin = 16, kAxisX = 96, kAxisY = 62, kPanelTitle = 30;
   const double width = picture.width, height = film_height(picture.width);
-  const Scene scene = scene_of(picture, bounds);
+  const Scene scene = make_scene(picture, bounds);
   const Legend legend = legend_of(picture);
   const double bottom = height - Legend::kRow * legend.rows - kMargin;
   const View outside = overview(bounds);

@@ -48,8 +48,8 @@ void add_motion(Json& markers, const std::string& mover, const Motion& m, const 
     markers.push_back(axis_marker("motion", mover, m.center, sense * m.axis, true));
     return;
   }
-  const Vec3 way = m.profile == Motion::Profile::constant ? m.velocity : m.axis;
-  if (way.norm() > 0) markers.push_back(axis_marker("motion", mover, place, way, false));
+  const Vec3 along = m.profile == Motion::Profile::constant ? m.velocity : m.axis;
+  if (along.norm() > 0) markers.push_back(axis_marker("motion", mover, place, along, false));
 }
 
 // The middle of what a frame carries, m, world at t = 0.

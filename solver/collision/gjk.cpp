@@ -26,7 +26,7 @@ struct Placement {
     return {r[0] * p.x + r[1] * p.y + r[2] * p.z + t.x, r[3] * p.x + r[4] * p.y + r[5] * p.z + t.y,
             r[6] * p.x + r[7] * p.y + r[8] * p.z + t.z};
   }
-  Vec turn_back(const Vec& p) const {
+  Vec rotate_inverse(const Vec& p) const {
     return {r[0] * p.x + r[3] * p.y + r[6] * p.z, r[1] * p.x + r[4] * p.y + r[7] * p.z,
             r[2] * p.x + r[5] * p.y + r[8] * p.z};
   }
@@ -241,7 +241,7 @@ struct Query {
     }
     const Vec away = b_in_a.place({b.center.x(), b.center.y(), b.center.z()}) -
                      Vec{a.center.x(), a.center.y(), a.center.z()};
-    const Vec back = b_in_a.turn_back(away);
+    const Vec back = b_in_a.rotate_inverse(away);
     append(support(a, away.x, away.y, away.z).vertex, support(b, -back.x, -back.y, -back.z).vertex);
   }
   void store(GjkCache& cache) const {
@@ -277,7 +277,7 @@ CoreContact core_contact(const ConvexPart& a, const ConvexPart& b, const Pose& b
   Simplex& s = query.s;
   query.start(cache);
   CoreContact out;
-  Vec way{0, 0, 0};
+  Vec separation{0, 0, 0};
   unsigned corners = 0;
   SimplexProjection foot;
   bool foot_is_known = false;  // of the vertices in the mask `corners`
@@ -295,7 +295,7 @@ CoreContact core_contact(const ConvexPart& a, const ConvexPart& b, const Pose& b
     s.reduce(near.corners);
     foot_is_known = is_triangle && s.count == 3;
     corners = (1u << s.count) - 1;
-    way = near.point;
+    separation = near.point;
     out.distance = std::sqrt(near.squared);
     // On nearly flat facets the direction can still turn while the distance has settled; but after
     // several such iterations only rounding is left.
@@ -303,10 +303,10 @@ CoreContact core_contact(const ConvexPart& a, const ConvexPart& b, const Pose& b
     if (stalls > kMaxStalls) break;
     previous = out.distance;
 
-    const Vec back = query.b_in_a.turn_back(way);
-    const Support far_a = support(a, way.x, way.y, way.z);
+    const Vec back = query.b_in_a.rotate_inverse(separation);
+    const Support far_a = support(a, separation.x, separation.y, separation.z);
     const Support far_b = support(b, -back.x, -back.y, -back.z);
-    const double between = dot(way, query.b_in_a.t);
+    const double between = dot(separation, query.b_in_a.t);
     const double bound = (between - far_a.height - far_b.height) / out.distance;
     const double noise = 1e-15 *
                          (std::abs(between) + std::abs(far_a.height) + std::abs(far_b.height)) /
@@ -319,7 +319,7 @@ CoreContact core_contact(const ConvexPart& a, const ConvexPart& b, const Pose& b
       break;
     }
   }
-  out.normal = Vec3(way.x, way.y, way.z) / out.distance;
+  out.normal = Vec3(separation.x, separation.y, separation.z) / out.distance;
   if (out.converged) {
     s.reduce(corners);  // less a corner that came too late
     if (s.count == 3 && !foot_is_known) foot = project_on_simplex(s);

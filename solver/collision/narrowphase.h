@@ -88,7 +88,7 @@ void collide_with_side_hint(const ConvexPart& a, const ConvexPart& b, const Pose
 
 // True when the vertex of `part` farthest along `way` (part axes) lies on a seam through which
 // `way` points outwards: the contact belongs to the neighboring part.
-bool normal_exits_internal_face(const ConvexPart& part, const Vec3& way);
+bool normal_exits_internal_face(const ConvexPart& part, const Vec3& direction);
 
 // A against the solid half-space { x : n . x <= offset } in A's axes. The manifold's normal is -n
 // (from the part to the plane); never fails, however deep. In addition to the lowest feature,

@@ -43,7 +43,7 @@ struct Pair {
   const Pose& b_in_a;
 };
 
-struct Way {
+struct MinimumTranslation {
   Vec3 normal = Vec3::UnitZ();  // A's axes, from A to B
   double depth = std::numeric_limits<double>::infinity();
 };
@@ -59,7 +59,7 @@ bool ours(const Pair& p, const Vec3& n) {
          !normal_exits_internal_face(p.b, -(p.b_in_a.rotation.transpose() * n));
 }
 
-void offer(const Pair& p, const Vec3& n, Way& best, Way& best_seam) {
+void offer(const Pair& p, const Vec3& n, MinimumTranslation& best, MinimumTranslation& best_seam) {
   const double depth = width(p, n);
   if (depth < best.depth && ours(p, n)) best = {n, depth};
   if (depth < best_seam.depth) best_seam = {n, depth};
@@ -67,7 +67,8 @@ void offer(const Pair& p, const Vec3& n, Way& best, Way& best_seam) {
 
 // A way out through this piece's own surface that is far longer than the one through a seam is no
 // contact of this piece: the neighbor has the short one.
-void leave_to_neighbor(const Pair& p, const Way& best_seam, Way& best) {
+void leave_to_neighbor(const Pair& p, const MinimumTranslation& best_seam,
+                       MinimumTranslation& best) {
   const double farther = 2 * (p.a.radius + p.b.radius);
   if (!std::isfinite(best.depth) || best.depth > best_seam.depth + farther) best = best_seam;
 }
@@ -96,9 +97,10 @@ bool ccd_direction(const Pair& p, Vec3& n) {
 }
 
 // B moved out along the way and a little farther, and the contact found there.
-CoreContact contact_outside(const Pair& p, const Way& way, double clearance) {
+CoreContact contact_outside(const Pair& p, const MinimumTranslation& translation,
+                            double clearance) {
   Pose moved = p.b_in_a;
-  moved.translation += (way.depth + clearance) * way.normal;
+  moved.translation += (translation.depth + clearance) * translation.normal;
   GjkCache cold;
   return core_contact(p.a, p.b, moved, std::numeric_limits<double>::infinity(), cold);
 }
@@ -106,14 +108,14 @@ CoreContact contact_outside(const Pair& p, const Way& way, double clearance) {
 // From just outside, the distance query sees the nearest way in: an ever shallower one until it is
 // the one come by. This turns an approximate direction into an exact one.
 template <class Allowed>
-CoreContact refined(const Pair& p, Way best, const Allowed& allowed) {
+CoreContact refined(const Pair& p, MinimumTranslation best, const Allowed& allowed) {
   CoreContact contact;
   for (int i = 0; i < 8; ++i) {
     const double clearance = std::max(1e-3 * std::min(p.a.bounding_radius, p.b.bounding_radius),
                                       0.1 * std::abs(best.depth));
     contact = contact_outside(p, best, clearance);
     if (contact.distance <= contact_tolerance(p.a, p.b)) break;
-    const Way nearer{contact.normal, width(p, contact.normal)};
+    const MinimumTranslation nearer{contact.normal, width(p, contact.normal)};
     if (!(nearer.depth < best.depth - 1e-13 * characteristic_length(p.a, p.b)) ||
         !allowed(nearer.normal))
       break;
@@ -133,23 +135,23 @@ CoreContact refined(const Pair& p, Way best, const Allowed& allowed) {
 
 }  // namespace
 
-bool normal_exits_internal_face(const ConvexPart& part, const Vec3& way) {
+bool normal_exits_internal_face(const ConvexPart& part, const Vec3& direction) {
   if (part.internal_normals.empty()) return false;
-  const double top = support(part, way).height;
+  const double top = support(part, direction).height;
   std::uint64_t common = ~std::uint64_t{0};
   for (int i = 0; i < part.vertex_count; ++i) {
-    if (way.dot(part.vertex(i)) > top - kContactTolerance * part.bounding_radius)
+    if (direction.dot(part.vertex(i)) > top - kContactTolerance * part.bounding_radius)
       common &= part.internal_faces[i];
   }
   for (std::size_t f = 0; f < part.internal_normals.size(); ++f) {
-    if ((common >> f & 1) && way.dot(part.internal_normals[f]) > kSeamTilt) return true;
+    if ((common >> f & 1) && direction.dot(part.internal_normals[f]) > kSeamTilt) return true;
   }
   return false;
 }
 
 CoreContact penetration(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a) {
   const Pair p{a, b, b_in_a};
-  Way best, best_seam;
+  MinimumTranslation best, best_seam;
   for (const ConvexPart::Face& f : a.faces) {
     if (!f.internal) offer(p, f.normal, best, best_seam);
   }
@@ -170,7 +172,7 @@ CoreContact penetration_from(const ConvexPart& a, const ConvexPart& b, const Pos
   constexpr double kCone =
       0.7;  // cosine: as far as a patch hands on its memory (patch_builder.cpp)
   const Pair p{a, b, b_in_a};
-  Way best, best_seam;
+  MinimumTranslation best, best_seam;
   const auto offer_from = [&](const Vec3& n) {
     if (n.dot(side) > kCone) offer(p, n, best, best_seam);
   };

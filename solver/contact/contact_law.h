@@ -262,18 +262,18 @@ struct FrictionScale {
                                                            double limit2, double excess) {
   // A small part of the trial is added: from rest, the trial gives the direction instead of a
   // rounding error.
-  const double over = excess > 1 ? excess : 1.0, share = 0.01 / (over * over), way = over - 1;
+  const double over = excess > 1 ? excess : 1.0, share = 0.01 / (over * over), surplus = over - 1;
   const FrictionLoad at = {
       before.force2 + share * trial.force2, before.torsion2 + share * trial.torsion2,
       before.along + share * trial.along, before.across + share * trial.across};
   const double t = at.t(), q = at.q(), size = limit.size(t, q);
   const double relative = limit.slope(t, q) / size;
   // The normal's force is (1 + t relative) F + turn n x F; its torsion follows.
-  const double stretch = 1 + way * (1 + t * relative);
-  const double turn = way * (FrictionLimit::turn(t) * at.q_across() / size);
+  const double stretch = 1 + surplus * (1 + t * relative);
+  const double turn = surplus * (FrictionLimit::turn(t) * at.q_across() / size);
   const double both = 1 / (stretch * stretch + turn * turn);
   const double along = stretch * both, across = -turn * both;
-  const double torsion = 1 / (1 + way * (1 - (1 - t) * relative));
+  const double torsion = 1 / (1 + surplus * (1 - (1 - t) * relative));
   // F is turned by an angle whose cosine and sine are `along` and `across` over their root.
   const double cosine = along * along - across * across, sine = 2 * along * across;
   const FrictionLoad back = {trial.force2 * (along * along + across * across),

@@ -54,12 +54,12 @@ void PairPoses::find(const State& s, const std::uint32_t* numbers, int count) {
   for (int column = 0; column < 3; ++column) {
     const Columns3 axis{rotation_b.at[0][column], rotation_b.at[1][column],
                         rotation_b.at[2][column]};
-    rotation_a.turn_back(1.0, axis, in_a);
+    rotation_a.rotate_inverse(1.0, axis, in_a);
     rotation_[3 * column] = in_a.x;
     rotation_[3 * column + 1] = in_a.y;
     rotation_[3 * column + 2] = in_a.z;
   }
-  rotation_a.turn_back(1.0, apart, in_a);
+  rotation_a.rotate_inverse(1.0, apart, in_a);
   translation_[0] = in_a.x;
   translation_[1] = in_a.y;
   translation_[2] = in_a.z;

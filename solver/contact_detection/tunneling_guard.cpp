@@ -246,13 +246,13 @@ void check_step_lengths(const Model& model, const Workspace& w, const State& s) 
   }
   for (std::size_t i = 0; i < n; ++i) {
     if (s.presence[i] != Presence::present) continue;
-    const double way = (s.motion[i].velocity.norm() + walls) * model.timestep;
+    const double travel = (s.motion[i].velocity.norm() + walls) * model.timestep;
     const double size = w.smallest_part[model.particles[i].shape];
-    if (way > size) {
+    if (travel > size) {
       throw RunError(fmt::format(
           "particle {} and a boundary move by up to {:.4g} m in one step at {:.6g} s, more than "
           "the radius {:.4g} m of the particle's smallest part: shorten the time step",
-          i, way, s.time, size));
+          i, travel, s.time, size));
     }
   }
 }

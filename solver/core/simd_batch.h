@@ -69,14 +69,14 @@ struct Rotations {
     at[2][1] = tyz + twx;
     at[2][2] = 1.0 - (txx + tyy);
   }
-  [[gnu::always_inline]] void turn(const Columns3& v, Columns4& out) const {
+  [[gnu::always_inline]] void rotate(const Columns3& v, Columns4& out) const {
     out.x = at[0][0] * v.x + (at[0][1] * v.y + at[0][2] * v.z);
     out.y = at[1][0] * v.x + (at[1][1] * v.y + at[1][2] * v.z);
     out.z = at[2][0] * v.x + (at[2][1] * v.y + at[2][2] * v.z);
   }
   // scale R^T v; Eigen scales the matrix.
   template <class Vector>
-  [[gnu::always_inline]] void turn_back(double scale, const Vector& v, Columns3& out) const {
+  [[gnu::always_inline]] void rotate_inverse(double scale, const Vector& v, Columns3& out) const {
     const auto scaled = [&](int row, int column) { return scale * at[row][column]; };
     out.x = scaled(0, 0) * v.x + (scaled(1, 0) * v.y + scaled(2, 0) * v.z);
     out.y = scaled(0, 1) * v.x + (scaled(1, 1) * v.y + scaled(2, 1) * v.z);

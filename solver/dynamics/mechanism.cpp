@@ -439,7 +439,7 @@ Mechanism& Mechanism::operator=(Mechanism&&) noexcept = default;
 
 const MechanismMembers& Mechanism::members() const { return impl_->members; }
 
-std::vector<JointLoad> Mechanism::kick_and_drift(const MechanismState& state) {
+std::vector<JointLoad> Mechanism::integrate_positions(const MechanismState& state) {
   return impl_->kick(state, HalfKick::first);
 }
 

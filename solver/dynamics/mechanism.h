@@ -53,7 +53,7 @@ class Mechanism {
   // coordinates, rates and impulses of state.motion. Return what each coupling of the members has
   // done to its body b: N s, and N m s about its point; of a gear or cam, along joint_b. Throw
   // RunError when the couplings cannot be met any more.
-  std::vector<JointLoad> kick_and_drift(const MechanismState& state);
+  std::vector<JointLoad> integrate_positions(const MechanismState& state);
   std::vector<JointLoad> second_kick(const MechanismState& state);
   // m, world: the point of a coupling as its body b carries it, against the ground's origin, at the
   // start of the last kick.

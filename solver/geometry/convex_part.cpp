@@ -179,8 +179,8 @@ Vec3 sharpen(const Vec3& point, const std::vector<int>& planes, const std::vecto
   for (int k = 0; k < 3; ++k) {
     const Vec3 axis = axes.eigenvectors().col(k);
     if (!(axes.eigenvalues()(k) > 1e-12)) continue;
-    const double way = axis.dot(residual) / axes.eigenvalues()(k);
-    if (std::abs(way) <= tolerance) result += way * axis;
+    const double step = axis.dot(residual) / axes.eigenvalues()(k);
+    if (std::abs(step) <= tolerance) result += step * axis;
   }
   return result;
 }

@@ -292,16 +292,16 @@ class Union {
  private:
   // Distance along a unit direction to the first point at or beyond `from` that no part covers.
   double way_out(const Vec3& p, const Vec3& direction, double from) const {
-    double way = from;
+    double reached = from;
     for (std::size_t tries = 0; tries <= 2 * parts_.size(); ++tries) {
-      const Vec3 q = p + way * direction;
+      const Vec3 q = p + reached * direction;
       const auto cover = std::find_if(parts_.begin(), parts_.end(), [&q](const ConvexPart& part) {
         return (q - part.center).squaredNorm() < part.bounding_radius * part.bounding_radius &&
                signed_distance(q, part) < -1e-6 * part.bounding_radius;
       });
       if (cover == parts_.end()) {
         const bool in_void = to_mesh_(q) > 2 * parts_[0].radius && interior_.contains(q);
-        return in_void ? std::numeric_limits<double>::infinity() : way;
+        return in_void ? std::numeric_limits<double>::infinity() : reached;
       }
       double leave = std::numeric_limits<double>::infinity();
       for (const auto& face : cover->faces) {
@@ -312,7 +312,7 @@ class Union {
       }
       // Past a cut, the part ends within its rounding.
       const double least = 1e-6 * cover->bounding_radius;
-      way = leave > way ? leave + least : way + std::max(least, 0.25 * cover->radius);
+      reached = leave > reached ? leave + least : reached + std::max(least, 0.25 * cover->radius);
     }
     return std::numeric_limits<double>::infinity();
   }

@@ -118,13 +118,13 @@ void check_speed(const Model& model, const State& s, const BoundaryContact& cont
   const Vec3 center = s.motion[smaller].position + rotation_of(s, smaller) * table.center;
   const Vec3 velocity = a.velocity + a.angular_velocity.cross(center - a.position) - b.velocity -
                         b.angular_velocity.cross(center - b.position);
-  const double way =
+  const double travel =
       (velocity.norm() + (a.angular_velocity - b.angular_velocity).norm() * table.radius) *
       model.timestep;
-  if (way > table.law.overlap_limit)
+  if (travel > table.law.overlap_limit)
     refuse(model, s, contact,
-           fmt::format("moves {:.4g} m in a step, more than the {:.4g} m that it may overlap,", way,
-                       table.law.overlap_limit),
+           fmt::format("moves {:.4g} m in a step, more than the {:.4g} m that it may overlap,",
+                       travel, table.law.overlap_limit),
            center);
 }
 

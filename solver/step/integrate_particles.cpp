@@ -53,7 +53,7 @@ class BodyIntegrator {
     gather(
         batch.body, [&](std::size_t i, Simd4d& row) { get_three(s_.angular_momentum[i], row); },
         momentum);
-    r.turn_back(half_, torque, turned);
+    r.rotate_inverse(half_, torque, turned);
     for (int k = 0; k < kicks; ++k) {
       momentum.x = momentum.x + turned.x;
       momentum.y = momentum.y + turned.y;
@@ -76,7 +76,7 @@ class BodyIntegrator {
                                                        const Columns4& inverse,
                                                        Columns4& angular_velocity) const {
     const Columns3 rates{momentum.x * inverse.x, momentum.y * inverse.y, momentum.z * inverse.z};
-    r.turn(rates, angular_velocity);
+    r.rotate(rates, angular_velocity);
     angular_velocity.w = Simd8d(0.0);
   }
 

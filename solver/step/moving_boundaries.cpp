@@ -19,21 +19,22 @@ struct Place {
 // A step of one motion, whose directions and center `by` has carried along; nothing has at first.
 void apply(const Motion& m, const RigidMotion* by, const Vec3& origin, double t, double dt,
            Place& place) {
-  const double way = m.displacement(t, dt);
-  if (way == 0) return;
+  const double displacement = m.displacement(t, dt);
+  if (displacement == 0) return;
   const auto direction = [&](const Vec3& v) { return by ? Vec3(by->rotation * v) : v; };
   if (m.kind == Motion::Kind::translation) {
-    place.position += direction(m.profile == Motion::Profile::constant ? m.velocity : m.axis) * way;
+    place.position +=
+        direction(m.profile == Motion::Profile::constant ? m.velocity : m.axis) * displacement;
     return;
   }
   const Vec3 axis = direction(m.axis);
-  const Quat turn(Eigen::AngleAxisd(way, axis));
+  const Quat turn(Eigen::AngleAxisd(displacement, axis));
   Vec3 center = m.center - origin;
   if (by) center = by->rotation * center + by->translation;
   place.position = center + turn * (place.position - center);
   place.orientation = turn * place.orientation;
   if (place.turned.isZero(0)) {
-    place.turned = axis * way;
+    place.turned = axis * displacement;
   } else {
     const Quat so_far(Eigen::AngleAxisd(place.turned.norm(), place.turned.normalized()));
     const Eigen::AngleAxisd both(turn * so_far);
@@ -57,10 +58,10 @@ void apply_all(const std::vector<Motion>& motions, std::size_t mover, const Vec3
   carried.assign(all.size(), {});
   std::size_t still = 1;  // so many of them, from the first on, nothing has carried yet
   for (std::size_t j = 1; j < all.size(); ++j) {
-    const double way = all[j - 1]->total_displacement(s.time);
+    const double displacement = all[j - 1]->total_displacement(s.time);
     carried[j] = carried[j - 1];
-    carried[j].append(*all[j - 1], origin, way);
-    if (way == 0 && still == j) ++still;
+    carried[j].append(*all[j - 1], origin, displacement);
+    if (displacement == 0 && still == j) ++still;
   }
   for (std::size_t j = all.size(); j-- > 0;)
     apply(*all[j], j < still ? nullptr : &carried[j], origin, s.time, dt, place);
@@ -90,8 +91,9 @@ Vec3 origin_of(const Model& model, int frame) {
 }
 
 // `parents`: where they are when the loads act; how they move comes from the state.
-FreeBodyState scene_of(const Model& model, const State& s, const std::vector<FrameMotion>& parents,
-                       std::size_t f, const BodyLoad& load) {
+FreeBodyState free_body_state(const Model& model, const State& s,
+                              const std::vector<FrameMotion>& parents, std::size_t f,
+                              const BodyLoad& load) {
   const MotionFrame& frame = model.frames[f];
   const FrameMotion& motion = s.frames[f];
   FreeBodyState scene;
@@ -135,7 +137,7 @@ HeldAxes kick(const Model& model, State& s, const std::vector<FrameMotion>& pare
   for (std::size_t k = 0; k < frame.free->joints.size(); ++k)
     gather_motors(model, s, f, k, motors[k]);
   FrameMotion& motion = s.frames[f];
-  const FreeBodyState scene = scene_of(model, s, parents, f, load);
+  const FreeBodyState scene = free_body_state(model, s, parents, f, load);
   KickResult result = integrate_free_body(*frame.free, frame.origin, motors.data(), scene, s.time,
                                           model.timestep, half, coordinates(motion));
   motion.driven = result.driven ? 1 : 0;
@@ -206,7 +208,7 @@ void kick_mechanism(const Model& model, State& s, const std::vector<FrameMotion>
   gather_loads(model, s, members, loads);
   const MechanismState at = mechanism_state(model, s, grounds, loads, members);
   const std::vector<JointLoad> by_couplings =
-      half == HalfKick::first ? mechanism.kick_and_drift(at) : mechanism.second_kick(at);
+      half == HalfKick::first ? mechanism.integrate_positions(at) : mechanism.second_kick(at);
   for (std::size_t f = 0; f < members.frames.size(); ++f) {
     const auto acts = [&](const Motor* motor) { return motor->acts(s.time); };
     const auto any = [&](const auto& motors) { return std::ranges::any_of(motors, acts); };

@@ -23,7 +23,7 @@ using Eigen::VectorXd;
 using nlohmann::json;
 using Values = std::vector<double>;
 
-struct Tally {
+struct CoverageCounts {
   int studies = 0, region_95 = 0, region_68 = 0, ideal_95 = 0, ideal_68 = 0, intervals = 0;
   int parameters = 0, infeasible = 0, ideal_infeasible = 0, unconfirmed = 0, confirmed_values = 0;
   int combinations = 0, far_off = 0, predictions = 0;
@@ -31,7 +31,7 @@ struct Tally {
 };
 
 void judge_study(const CoveredProblem& p, const VectorXd& truth_u, const Values& truth,
-                 const std::vector<double>& target, const json& j, Tally& t) {
+                 const std::vector<double>& target, const json& j, CoverageCounts& t) {
   ++t.studies;
   t.cost += j["wall_seconds"].get<double>();
   t.infeasible += j["verdict"] == "infeasible";
@@ -95,8 +95,8 @@ void judge_study(const CoveredProblem& p, const VectorXd& truth_u, const Values&
   }
 }
 
-Tally cover(const CoveredProblem& p, const std::string& where, int studies, int runs) {
-  Tally t;
+CoverageCounts cover(const CoveredProblem& p, const std::string& where, int studies, int runs) {
+  CoverageCounts t;
   const std::uint64_t of_problem = std::stoull(sha256(p.name + where).substr(0, 15), nullptr, 16);
   for (int s = 0; s < studies; ++s) {
     std::mt19937_64 random(of_problem + static_cast<std::uint64_t>(s));
@@ -110,7 +110,7 @@ Tally cover(const CoveredProblem& p, const std::string& where, int studies, int 
   return t;
 }
 
-void print_row(const std::string& name, const Tally& t) {
+void print_row(const std::string& name, const CoverageCounts& t) {
   const auto share = [](int part, int of) {
     return of == 0 ? std::string("-") : fmt::format("{:.0f} %", 100.0 * part / of);
   };
@@ -126,13 +126,16 @@ void print_row(const std::string& name, const Tally& t) {
   std::fflush(stdout);
 }
 
-void add(Tally& sum, const Tally& t) {
-  for (int Tally::*n : {&Tally::studies, &Tally::region_95, &Tally::region_68, &Tally::ideal_95,
-                        &Tally::ideal_68, &Tally::intervals, &Tally::parameters, &Tally::infeasible,
-                        &Tally::ideal_infeasible, &Tally::unconfirmed, &Tally::confirmed_values,
-                        &Tally::combinations, &Tally::far_off, &Tally::predictions})
+void add(CoverageCounts& sum, const CoverageCounts& t) {
+  for (int CoverageCounts::*n :
+       {&CoverageCounts::studies, &CoverageCounts::region_95, &CoverageCounts::region_68,
+        &CoverageCounts::ideal_95, &CoverageCounts::ideal_68, &CoverageCounts::intervals,
+        &CoverageCounts::parameters, &CoverageCounts::infeasible, &CoverageCounts::ideal_infeasible,
+        &CoverageCounts::unconfirmed, &CoverageCounts::confirmed_values,
+        &CoverageCounts::combinations, &CoverageCounts::far_off, &CoverageCounts::predictions})
     sum.*n += t.*n;
-  for (double Tally::*x : {&Tally::log_width, &Tally::confirmed_z2, &Tally::model_z2, &Tally::cost})
+  for (double CoverageCounts::*x : {&CoverageCounts::log_width, &CoverageCounts::confirmed_z2,
+                                    &CoverageCounts::model_z2, &CoverageCounts::cost})
     sum.*x += t.*x;
 }
 
@@ -168,12 +171,12 @@ int main(int argc, char** argv) {
         "95 % intervals | width over ideal | determined off by > 2u | infeasible (ideal) | "
         "unconfirmed | confirmed error over stated | model error over stated | cost |\n"
         "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
-    Tally all;
+    CoverageCounts all;
     for (int i = from; i < static_cast<int>(problems.size()) && i <= to; ++i) {
       const CoveredProblem& p = problems[static_cast<std::size_t>(i)];
       if (!only.empty() && p.name != only) continue;
       for (const std::string& where : p.truths) {
-        const Tally t = cover(p, where, studies, runs);
+        const CoverageCounts t = cover(p, where, studies, runs);
         print_row(p.name + ", " + where, t);
         add(all, t);
       }

@@ -34,8 +34,8 @@ void expect_passes(const VerificationCase& c) {
   EXPECT_FALSE(checks.empty());
   for (const Check& check : checks) {
     EXPECT_TRUE(passed(check)) << check.what << ": " << check.measured << " " << check.unit
-                               << " instead of " << check.expected << ", " << used(check)
-                               << " of the tolerance";
+                               << " instead of " << check.expected << ", "
+                               << tolerance_fraction(check) << " of the tolerance";
   }
 }
 
@@ -62,7 +62,7 @@ TEST(VerificationCases, AreNamedOnceAndTellWhatTheyCompareWith) {
 TEST(Check, PassesWithinItsBoundOnly) {
   Check c{.what = "a", .measured = 1.01, .expected = 1, .tolerance = 0.02};
   EXPECT_TRUE(passed(c));
-  EXPECT_NEAR(used(c), 0.5, 1e-12);
+  EXPECT_NEAR(tolerance_fraction(c), 0.5, 1e-12);
   c.tolerance = 0.005;
   EXPECT_FALSE(passed(c));
   c = {.what = "b", .measured = -0.1, .expected = 0, .tolerance = 0.05, .bound = Bound::absolute};
@@ -73,7 +73,7 @@ TEST(Check, PassesWithinItsBoundOnly) {
   EXPECT_FALSE(passed(c));
   c = {.what = "d", .measured = std::nan(""), .expected = 3, .bound = Bound::at_most};
   EXPECT_FALSE(passed(c));
-  EXPECT_TRUE(std::isinf(used(c)));
+  EXPECT_TRUE(std::isinf(tolerance_fraction(c)));
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 
 namespace firn::verification {
 
-double used(const Check& c) {
+double tolerance_fraction(const Check& c) {
   if (!std::isfinite(c.measured)) return std::numeric_limits<double>::infinity();
   const double off = std::abs(c.measured - c.expected);
   switch (c.bound) {

@@ -33,7 +33,7 @@ struct Check {
 bool passed(const Check& check);
 // Tolerance fraction: error over tolerance; above 1 the check fails. For at_most and at_least,
 // measured / expected or its inverse.
-double used(const Check& check);
+double tolerance_fraction(const Check& check);
 
 enum class Tier { quick, full };  // seconds; minutes
 

@@ -22,9 +22,9 @@ bool passed(const CaseResult& result) {
                      [](const Check& c) { return passed(c); });
 }
 
-double most_used(const CaseResult& result) {
+double max_tolerance_fraction(const CaseResult& result) {
   double most = 0;
-  for (const Check& c : result.checks) most = std::max(most, used(c));
+  for (const Check& c : result.checks) most = std::max(most, tolerance_fraction(c));
   return most;
 }
 

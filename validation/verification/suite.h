@@ -19,7 +19,7 @@ struct CaseResult {
 // True when the case ran without an error and all checks hold.
 bool passed(const CaseResult& result);
 // Largest tolerance fraction of the checks, 0 without checks.
-double most_used(const CaseResult& result);
+double max_tolerance_fraction(const CaseResult& result);
 
 // The cases chosen by names of groups or cases ("impact", "bulk.dice"), in the suite's order. No
 // names: all, those of the full tier only when `full`. Throws InputError for an unknown name.

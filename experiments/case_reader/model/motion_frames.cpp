@@ -26,7 +26,7 @@ constexpr Dimension kTurnDamping{2, 1, -1, -1};    // N m s/rad
 
 // Of what moves along an axis, or turns about it.
 struct AxisUnits {
-  Dimension way, rate, load, stiffness, damping;
+  Dimension position, rate, load, stiffness, damping;
   const char* zero_way;
   const char* zero_load;
   const char* no_stiffness;
@@ -119,7 +119,7 @@ toml::array texts_of(const std::vector<double>& values, const Dimension& dimensi
 }
 
 // Written out as `times` and `positions`, so that the resolved case needs the file no more.
-void take_csv(const TomlTable& t, const Dimension& way, Motion m) {
+void take_csv(const TomlTable& t, const Dimension& position, Motion m) {
   const std::string file =
       std::filesystem::absolute(std::filesystem::path(t.document().directory()) / t.string("file"))
           .lexically_normal()
@@ -129,7 +129,7 @@ void take_csv(const TomlTable& t, const Dimension& way, Motion m) {
   std::error_code unreadable;  // as a name that is too long
   if (!std::filesystem::is_regular_file(file, unreadable))
     t.fail("file", fmt::format("\"{}\" is not a file; expected a CSV file", file));
-  const MotionCsv table = read_motion_csv(file, time_column, way_column, way);
+  const MotionCsv table = read_motion_csv(file, time_column, way_column, position);
   m.times = table.times;
   m.positions = table.positions;
   if (const auto fault = fault_of(m)) {
@@ -140,19 +140,19 @@ void take_csv(const TomlTable& t, const Dimension& way, Motion m) {
   }
   t.set("file", file);
   t.set("times", texts_of(m.times, dimension::time));
-  t.set("positions", texts_of(m.positions, way));
+  t.set("positions", texts_of(m.positions, position));
 }
 
-void read_motion_table(const TomlTable& t, const Dimension& way, Motion& m) {
+void read_motion_table(const TomlTable& t, const Dimension& position, Motion& m) {
   m.profile = Motion::Profile::table;
   const auto asked_anew = [&](const char* key) {
     return t.document().overridden(t.path() + "." + key);
   };
   if (t.has("file") && (!t.has("times") || asked_anew("file") || asked_anew("time_column") ||
                         asked_anew("position_column")))
-    take_csv(t, way, m);
+    take_csv(t, position, m);
   m.times = t.quantities("times", dimension::time);
-  m.positions = t.quantities("positions", way);
+  m.positions = t.quantities("positions", position);
   if (const auto fault = fault_of(m)) t.fail(fault->key, fault->what);
 }
 
@@ -164,10 +164,10 @@ void read_profile(const TomlTable& t, const std::string& kind, Motion& m) {
     m.end_rate = t.quantity("to", units.rate, Sign::any);
     m.ramp_time = t.quantity("ramp_time", dimension::time, Sign::positive);
   } else if (kind.ends_with("table")) {
-    read_motion_table(t, units.way, m);
+    read_motion_table(t, units.position, m);
   } else {
     m.profile = Motion::Profile::sinusoidal;
-    m.amplitude = t.quantity("amplitude", units.way, Sign::positive);
+    m.amplitude = t.quantity("amplitude", units.position, Sign::positive);
     m.frequency = t.quantity("frequency", dimension::frequency, Sign::positive);
     m.phase = t.quantity("phase", dimension::angle, Sign::any, "0 rad");
   }
@@ -182,11 +182,11 @@ Joint read_joint(const TomlTable& t) {
   const AxisUnits& units = units_of(turns);
   axis.direction = t.direction("direction");
   axis.stiffness = t.quantity("stiffness", units.stiffness, Sign::non_negative, units.no_stiffness);
-  axis.spring_reference = t.quantity("spring_reference", units.way, Sign::any, units.zero_way);
+  axis.spring_reference = t.quantity("spring_reference", units.position, Sign::any, units.zero_way);
   axis.damping = t.quantity("damping", units.damping, Sign::non_negative, units.no_damping);
   axis.friction = t.quantity("friction", units.load, Sign::non_negative, units.zero_load);
-  axis.lower = t.optional_quantity("lower", units.way, Sign::any).value_or(-kUnbounded);
-  axis.upper = t.optional_quantity("upper", units.way, Sign::any).value_or(kUnbounded);
+  axis.lower = t.optional_quantity("lower", units.position, Sign::any).value_or(-kUnbounded);
+  axis.upper = t.optional_quantity("upper", units.position, Sign::any).value_or(kUnbounded);
   if (axis.lower > 0 || axis.upper < 0) {
     t.fail(axis.lower > 0 ? "lower" : "upper",
            "leaves out 0, where the body is drawn; expected lower <= 0 <= upper");
@@ -331,7 +331,7 @@ Motor read_motor(const TomlTable& t, Joint::Kind kind,
   const AxisUnits& units = units_of(kind == Joint::Kind::rotation);
   Motor motor;
   motor.speed = t.quantity("speed", units.rate, Sign::any);
-  motor.target = t.optional_quantity("target", units.way, Sign::any);
+  motor.target = t.optional_quantity("target", units.position, Sign::any);
   motor.max_load = t.optional_quantity("max_load", units.load, Sign::positive).value_or(kUnbounded);
   if (t.has("no_load_speed")) {
     motor.no_load_speed = t.quantity("no_load_speed", units.rate, Sign::positive);

@@ -259,10 +259,10 @@ std::vector<LimitSwitch> read_limit_switches(const TomlTable& root,
     if (!free || s.axis >= static_cast<int>(free->joints.size()))
       t.fail("motion_frame", "has no such joint; expected one of a free body");
     const bool turns = free->joints[static_cast<std::size_t>(s.axis)].kind == Joint::Kind::rotation;
-    const Dimension& way = turns ? dimension::angle : dimension::length;
-    s.closes_at = t.quantity("closes_at", way, Sign::any);
-    s.opens_at =
-        s.closes_at - t.quantity("hysteresis", way, Sign::non_negative, turns ? "2 deg" : "0 m");
+    const Dimension& quantity = turns ? dimension::angle : dimension::length;
+    s.closes_at = t.quantity("closes_at", quantity, Sign::any);
+    s.opens_at = s.closes_at -
+                 t.quantity("hysteresis", quantity, Sign::non_negative, turns ? "2 deg" : "0 m");
     s.hold = t.quantity("hold_time", dimension::time, Sign::non_negative, "0 s");
     limit_switches.push_back(s);
   }

@@ -7,7 +7,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::vector<page::Fact> estimate_of(const Json& results) {
+std::vector<page::Property> estimate_of(const Json& results) {
   return study_estimate(document_from_json<StudyDocument>(results, "results.json"));
 }
 

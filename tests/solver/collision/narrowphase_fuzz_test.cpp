@@ -173,13 +173,13 @@ constexpr Kind kKinds[] = {
      }},
 };
 
-struct Tally {
+struct PairCounts {
   int pairs = 0, apart = 0, touching = 0, deep = 0, longer = 0, ccd_differs = 0;
   double distance_error = 0, normal_error = 0;  // largest, of the reach
   double shallow_excess = 0, deep_excess = 0;   // largest, of the smaller radius
 };
 
-void count(const testing::CollideVerdict& v, Tally& t) {
+void count(const testing::CollideVerdict& v, PairCounts& t) {
   ++t.pairs;
   t.ccd_differs += !v.ccd_agrees;
   const double error = std::abs(v.got - v.expected) / v.reach;
@@ -203,7 +203,7 @@ void count(const testing::CollideVerdict& v, Tally& t) {
 void fuzz(int pairs, std::uint64_t seed) {
   constexpr int kKindCount = static_cast<int>(std::size(kKinds));
   Random random(seed);
-  std::array<Tally, kKindCount> tallies;
+  std::array<PairCounts, kKindCount> counts;
   int broken = 0;
   for (int k = 0; k < pairs && broken < 10; ++k) {
     const int kind = k % kKindCount;
@@ -215,7 +215,7 @@ void fuzz(int pairs, std::uint64_t seed) {
     s.b = testing::scaled(s.b, scale);
     s.pose.translation *= scale;
     const testing::CollideVerdict v = testing::judge(s.a, s.b, s.pose);
-    count(v, tallies[kind]);
+    count(v, counts[kind]);
     broken += !v.sound();
     EXPECT_TRUE(v.sound()) << "pair " << k << ", " << kKinds[kind].name << ", scale " << scale
                            << ": " << v.sentence();
@@ -223,7 +223,7 @@ void fuzz(int pairs, std::uint64_t seed) {
   std::printf("%-34s %8s %8s %8s %9s %9s %9s %7s %7s %9s %7s\n", "kind", "pairs", "apart",
               "touching", "distance", "normal", "shallow", "deep", "longer", "excess", "libccd");
   for (int kind = 0; kind < kKindCount; ++kind) {
-    const Tally& t = tallies[kind];
+    const PairCounts& t = counts[kind];
     std::printf("%-34s %8d %8d %8d %9.1e %9.1e %9.1e %7d %7d %9.1e %7d\n", kKinds[kind].name,
                 t.pairs, t.apart, t.touching, t.distance_error, t.normal_error, t.shallow_excess,
                 t.deep, t.longer, t.deep_excess, t.ccd_differs);

@@ -105,7 +105,7 @@ double bearing_length(const Drawer& d) {
 }
 
 struct Pull {
-  double acceleration = 0, way = 0;               // m/s^2; m, in the last 0.2 s
+  double acceleration = 0, distance = 0;          // m/s^2; m, in the last 0.2 s
   double work = 0, kinetic = 0, in_contacts = 0;  // J
 };
 
@@ -135,16 +135,16 @@ Pull pull_drawer(const Drawer& d, double friction, bool damping) {
   }
   model.timestep = 1e-5;
   Solver solver(model);
-  double way[3] = {};
-  for (double& at : way) {
+  double position[3] = {};
+  for (double& at : position) {
     run(solver, solver.steps() == 0 ? 0.4 : 0.2);
     at = solver.frames()[0].joints[0].coordinate;
   }
   const FrameState now = solver.frames()[0];
   Pull out;
-  out.acceleration = (way[2] - 2 * way[1] + way[0]) / (0.2 * 0.2);
-  out.way = way[2] - way[1];
-  out.work = now.joints[0].motor_impulse / solver.time() * way[2];
+  out.acceleration = (position[2] - 2 * position[1] + position[0]) / (0.2 * 0.2);
+  out.distance = position[2] - position[1];
+  out.work = now.joints[0].motor_impulse / solver.time() * position[2];
   const Vec3 center_velocity =
       now.velocity + now.angular_velocity.cross(now.orientation * Vec3(0, d.offset, 0));
   out.kinetic = 0.5 * kMass * center_velocity.squaredNorm() +
@@ -169,7 +169,7 @@ std::vector<Check> binding() {
     }
     for (const double part : {1.02, 1.1, 2.0}) {
       checks.push_back({scene + fmt::format("way in 0.2 s at {} of it", part),
-                        std::abs(pull_drawer(d, part * critical, true).way), 5e-5, 0,
+                        std::abs(pull_drawer(d, part * critical, true).distance), 5e-5, 0,
                         Bound::at_most, "m"});
     }
     const Pull pull = pull_drawer(d, 0.5 * critical, false);
@@ -215,14 +215,14 @@ std::vector<Check> arm() {
   constexpr double kWeight = 0.2 * kGravity, kReach = 0.1, kHeight = 0.2, kSpeed = 0.1;
   std::vector<Check> checks;
   for (const double friction : {0.1, 0.3, 0.4}) {
-    for (const double way : {1.0, -1.0}) {
-      const Rest rest = arm_on_slide(friction, kReach, kHeight, way * kSpeed, 50);
-      const double normal = kWeight * 0.5 * kReach / (kReach + way * friction * kHeight);
+    for (const double sign : {1.0, -1.0}) {
+      const Rest rest = arm_on_slide(friction, kReach, kHeight, sign * kSpeed, 50);
+      const double normal = kWeight * 0.5 * kReach / (kReach + sign * friction * kHeight);
       const std::string scene =
-          fmt::format("friction {}, {}: ", friction, way > 0 ? "out" : "in, against the arm");
+          fmt::format("friction {}, {}: ", friction, sign > 0 ? "out" : "in, against the arm");
       checks.push_back(
           {scene + "force of the arm", rest.normal, normal, 5e-3, Bound::relative, "N"});
-      checks.push_back({scene + "force of the drive", way * rest.motor, friction * normal, 5e-3,
+      checks.push_back({scene + "force of the drive", sign * rest.motor, friction * normal, 5e-3,
                         Bound::relative, "N"});
     }
   }

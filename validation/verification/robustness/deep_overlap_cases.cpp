@@ -112,7 +112,7 @@ std::vector<Check> crushing() {
 
 // --- Bodies placed into something. ---------------------------------------------------------------
 
-std::vector<Check> placed_inside() {
+std::vector<Check> initial_overlap_case() {
   std::vector<Check> checks;
   constexpr double edge = 20e-3, e = 0.5;
   const Shape box = cube(edge);
@@ -172,7 +172,7 @@ std::vector<Check> placed_inside() {
 
 // --- A cube wedged between a blade and a wall. ---------------------------------------------------
 
-std::vector<Check> wedged() {
+std::vector<Check> wedge_case() {
   std::vector<Check> checks;
   constexpr double edge = 20e-3, push = 0.05;
   for (const double squeeze : {1e-3, 3e-3, 6e-3}) {
@@ -363,7 +363,7 @@ std::vector<VerificationCase> deep_cases() {
                     "returns e'^2 K d^2 / 2; deeper the run stops at its first step",
        .remark = "Tolerance 2 %: the step at which a point is found takes its overlap as it is.",
        .tier = Tier::quick,
-       .run = placed_inside},
+       .run = initial_overlap_case},
       {.name = "robustness.wedged",
        .title = "A cube wedged between a blade, a wall and the floor",
        .reference = "m dv = (m g - sum of the forces on the walls) dt; peaks of both bodies of a "
@@ -373,7 +373,7 @@ std::vector<VerificationCase> deep_cases() {
                  "What still swings may hold what the blade's speed gave, m v^2 / 2: the law "
                  "damps no swing below the largest load.",
        .tier = Tier::quick,
-       .run = wedged},
+       .run = wedge_case},
       {.name = "robustness.incline",
        .title = "100 000 steps at rest on an incline below the angle of friction",
        .reference = "creep below 1 um in 1 s; the block does not warm up",

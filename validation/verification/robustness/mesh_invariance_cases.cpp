@@ -247,10 +247,10 @@ std::vector<Check> butted_panels() {
     const Vec3 velocity(0.7, 0.1, 0);
     const Travel on_plane = travel(rider.shape, rider.turn, plane, velocity, friction, 0, 0.4);
     const Travel on_panels = travel(rider.shape, rider.turn, panels, velocity, friction, 0, 0.4);
-    const double way = (on_plane.place - Vec3(-0.1, 0.013, on_plane.place.z())).norm();
+    const double distance = (on_plane.place - Vec3(-0.1, 0.013, on_plane.place.z())).norm();
     checks.push_back(
         {.what = rider.name + " over panels: place off that on the plane, over the way",
-         .measured = (on_panels.place - on_plane.place).norm() / way,
+         .measured = (on_panels.place - on_plane.place).norm() / distance,
          .expected = 0,
          .tolerance = 0.015,
          .bound = Bound::absolute});

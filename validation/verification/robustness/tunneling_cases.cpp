@@ -132,10 +132,10 @@ Outcome collide_bodies(const Shape& target, const Shape& shape, const Impact& sh
   model.gravity.setZero();
   model.timestep = advise_timestep(model, shot.steps).timestep;
   Solver solver(model);
-  const Vec3 way(std::sin(shot.angle), 0, -std::cos(shot.angle));
+  const Vec3 direction(std::sin(shot.angle), 0, -std::cos(shot.angle));
   const double far = target.bounding_radius + shape.bounding_radius + 1e-4;
   solver.insert(0, Vec3::Zero(), Quat::Identity(), Vec3::Zero(), Vec3::Zero());
-  solver.insert(1, shot.target - far * way, shot.turn, shot.speed * way, Vec3::Zero());
+  solver.insert(1, shot.target - far * direction, shot.turn, shot.speed * direction, Vec3::Zero());
   const double before = solver.energy().kinetic;
   Outcome out;
   try {
@@ -147,7 +147,7 @@ Outcome collide_bodies(const Shape& target, const Shape& shape, const Impact& sh
   // A body that struck pushes the other one on ahead of itself.
   const ParticleState& p = solver.particles();
   const bool untouched = p.velocity[0].norm() == 0;
-  const bool behind = (p.position[1] - p.position[0]).dot(way) > 0;
+  const bool behind = (p.position[1] - p.position[0]).dot(direction) > 0;
   out.end = untouched || behind ? End::through : End::held;
   out.energy = solver.energy().kinetic / before;
   return out;
@@ -190,8 +190,8 @@ std::vector<Check> long_steps() {
       if (wall.kind == ThinWall::Kind::plane || wall.cells > 15) continue;
       wall.thickness = thickness;
       ImpactCounts all;
-      for (const double way : {0.5, 1.1, 2.0, 4.0}) {  // both thicknesses a step
-        const double dt = way * (thickness + 1e-3) / 100;
+      for (const double distance : {0.5, 1.1, 2.0, 4.0}) {  // both thicknesses a step
+        const double dt = distance * (thickness + 1e-3) / 100;
         Model model = scenes::body_on_plane(plate, scenes::law(0.1, 0.3));
         model.boundaries = {sheet(wall)};
         Impact shot;
@@ -232,9 +232,9 @@ double entry_impulse(const Shape& cube, const Boundary& wall, double speed, cons
   const Quat turn =
       Quat::FromTwoVectors(Vec3(1, 1, 1).normalized(), Vec3(0.1, 0.2, -1).normalized());
   const Vec3 corner = turn * Vec3::Constant(10e-3);
-  const Vec3 way = Eigen::AngleAxisd(aim.azimuth, Vec3::UnitZ()) *
-                   Vec3(std::sin(aim.angle), 0, -std::cos(aim.angle));
-  const Vec3 velocity = speed * way;
+  const Vec3 direction = Eigen::AngleAxisd(aim.azimuth, Vec3::UnitZ()) *
+                         Vec3(std::sin(aim.angle), 0, -std::cos(aim.angle));
+  const Vec3 velocity = speed * direction;
   // One and a half steps before the corner crosses the surface of the sheet.
   const Vec3 start = aim.place - corner - (1.5 * model.timestep) * velocity;
   Solver solver(model);

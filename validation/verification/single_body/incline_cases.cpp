@@ -196,7 +196,7 @@ Eigen::Vector2d integrated_way(double a, double b, double mu, double speed, doub
   constexpr int kCells = 40;
   constexpr double dt = 2e-5;
   const double inertia = (a * a + b * b) / 12;  // per mass
-  Eigen::Vector2d v(speed, 0), way(0, 0);
+  Eigen::Vector2d v(speed, 0), slide(0, 0);
   double turned = -angle;
   for (double w = omega; v.norm() > 1e-3 || std::abs(w) * a > 1e-3;) {
     Eigen::Vector2d force(0, 0);
@@ -214,12 +214,12 @@ Eigen::Vector2d integrated_way(double a, double b, double mu, double speed, doub
         moment += at.x() * pull.y() - at.y() * pull.x();
       }
     }
-    way += dt * v;
+    slide += dt * v;
     turned += dt * w;
     v += dt * force;
     w += dt * moment / inertia;
   }
-  return way;
+  return slide;
 }
 
 // Displacement (m) of the center of a plate of edges `a` and `b` (m) until it has come to rest,
