@@ -156,6 +156,7 @@ std::vector<Point> Calibration::in_both_forms(std::vector<Point> design) const {
   const auto pairs = std::min(static_cast<std::size_t>(study_.low_fidelity->pairs), design.size());
   std::vector<VectorXd> taken = {a_.points.back().u};  // the center is simulated in both
   std::vector<Point> all;
+  all.reserve(design.size() + pairs);
   for (const Point& p : design) all.push_back(study_runs_.in_low_fidelity(p));
   for (std::size_t i = 0; i < pairs; ++i) {
     const auto distance = [&](const Point& p) {

@@ -121,7 +121,7 @@ const VectorXd& Surrogate::lengths() const { return most_likely_.lengths; }
 
 VectorXd Surrogate::basis(const VectorXd& u, bool low_fidelity) const {
   const VectorXd x = 2 * u.array() - 1;
-  const VectorXd trend = polynomial(x, form_.quadratic);
+  VectorXd trend = polynomial(x, form_.quadratic);
   if (data_.low_fidelity.empty()) return trend;
   const VectorXd bias = polynomial(x, true);
   VectorXd h(trend.size() + bias.size());

@@ -400,18 +400,8 @@ struct StudyDocument {
   };
 
   struct LowFidelity {
-    struct Bias {  // low minus high, at the estimate
-      double value = 0, uncertainty = 0;
-      std::string unit = "1";
-      template <class Fields>
-      void fields(Fields& f) {
-        f.required("value", value);
-        f.required("uncertainty", uncertainty);
-        f.added("unit", unit);
-      }
-    };
-    NamedValues<std::string> set;  // TOML texts by key
-    NamedValues<Bias> biases;      // by response
+    NamedValues<std::string> set;     // TOML texts by key
+    NamedValues<Set::Fitted> biases;  // by response: low minus high, at the estimate
     int runs = 0, high_fidelity_runs = 0;
     double wall_seconds = 0, high_fidelity_wall_seconds = 0;
     template <class Fields>
