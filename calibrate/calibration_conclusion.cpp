@@ -105,7 +105,7 @@ void Calibration::choose_estimate() {
   a_.best = checked(a_.goodness->acceptable() ? "answer" : "nearest",
                     study_runs_.point("confirm", 0, values, {}));
   for (const ResponseModel& m : a_.models->targets)
-    a_.cross_check.push_back(m.surrogate.other.predict(best_).mean);
+    a_.cross_check.push_back(m.surrogate.other.predict_mean(best_));
   a_.combinations = combinations(study_, *a_.models, best_);
   judge_identifiability();
 }
@@ -135,7 +135,7 @@ void Calibration::summarize_posterior(const std::vector<Point>& elsewhere) {
   rms_over_posterior(*a_.posterior, study_, a_.combinations);
   judge_identifiability();
   for (std::size_t k = 0; k < study_.targets.size(); ++k) {
-    const Prediction p = a_.models->targets[k].surrogate.best.predict(best_);
+    const Prediction p = a_.models->targets[k].surrogate.best.predict_with_noise(best_);
     a_.split.push_back({std::pow(study_.targets[k].uncertainty, 2), p.noise_variance,
                         p.variance - p.noise_variance, std::pow(study_.targets[k].discrepancy, 2)});
   }
@@ -336,12 +336,12 @@ CalibrationResult Calibration::finish() {
   if (a_.models)
     for (const auto* models : {&a_.models->targets, &a_.models->observed})
       for (const ResponseModel& m : *models) {
-        const auto f = [&](const VectorXd& u) { return m.surrogate.best.predict(u).mean; };
+        const auto f = [&](const VectorXd& u) { return m.surrogate.best.predict_mean(u); };
         const int d = static_cast<int>(study_.parameters.size());
         Sensitivity s{m.response.label, sobol_indices(f, d, sobol_samples), 0};
         // The other kind of model is as good a witness of what the response depends on.
         const SobolIndices other = sobol_indices(
-            [&](const VectorXd& u) { return m.surrogate.other.predict(u).mean; }, d, sobol_samples);
+            [&](const VectorXd& u) { return m.surrogate.other.predict_mean(u); }, d, sobol_samples);
         const auto widen = [](Eigen::MatrixX2d& interval, const VectorXd& estimate) {
           interval.col(0) = interval.col(0).cwiseMin(estimate);
           interval.col(1) = interval.col(1).cwiseMax(estimate);

@@ -186,7 +186,7 @@ std::vector<VectorXd> refinement_points(const Study& study, const ResponseModels
     chosen.push_back(*best);
     taken.push_back(*best);
     for (std::size_t k = 0; k < believed.size(); ++k) {
-      const double level = believed[k].predict(*best).mean;
+      const double level = believed[k].predict_mean(*best);
       const double noise = models.targets[k].noise.at(level);
       believed[k] = believed[k].with_fantasy_point(*best, noise * noise / seeds, low_fidelity);
     }

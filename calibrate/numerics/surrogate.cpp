@@ -38,13 +38,13 @@ constexpr int members = 8, sweeps = 25;
 constexpr double proposal_half_width = 1.2;
 
 // Matern 5/2 correlation as a function of the scaled distance, and its derivative over r^2 / 2.
-ArrayXd matern(const ArrayXd& r) {
-  const ArrayXd a = std::sqrt(5.0) * r;
-  return (1 + a + a.square() / 3) * (-a).exp();
+double matern(double r) {
+  const double a = std::sqrt(5.0) * r;
+  return (1 + a + a * a / 3) * std::exp(-a);
 }
-ArrayXd matern_slope(const ArrayXd& r) {
-  const ArrayXd a = std::sqrt(5.0) * r;
-  return -5.0 / 3 * (1 + a) * (-a).exp();
+double matern_slope(double r) {
+  const double a = std::sqrt(5.0) * r;
+  return -5.0 / 3 * (1 + a) * std::exp(-a);
 }
 
 // Length of each row of `apart` with its columns in units of `lengths`.
@@ -105,6 +105,7 @@ Surrogate::Surrogate(const SurrogateData& data, const SurrogateForm& form)
     prior_variance_.segment(first, d + 1).setConstant(bias_slope_prior_sd * bias_slope_prior_sd);
     prior_variance_[first] = bias_level_prior_sd * bias_level_prior_sd;
   }
+  trend_covariance_ = h_ * prior_variance_.asDiagonal() * h_.transpose();
   fit();
 }
 
@@ -112,6 +113,8 @@ double Surrogate::transform(double y) const {
   assert(!form_.logarithm || y > 0);
   return form_.logarithm ? std::log(y) : y;
 }
+
+double Surrogate::untransform(double t) const { return form_.logarithm ? std::exp(t) : t; }
 
 double Surrogate::discrepancy_sd() const {
   return std::sqrt(most_likely_.departure_variance) * scale_;
@@ -153,13 +156,13 @@ Surrogate::Member Surrogate::member(const VectorXd& p) const {
 
 Eigen::LDLT<MatrixXd> Surrogate::covariance(const Member& m) const {
   const Index n = z_.size();
-  MatrixXd k = h_ * prior_variance_.asDiagonal() * h_.transpose();
+  MatrixXd k = trend_covariance_;
   // Independent departures share nothing between places.
   if (form_.matern)
     for (Index i = 1; i < n; ++i) {
       const MatrixXd apart = data_.u.topRows(i).rowwise() - data_.u.row(i);
-      k.row(i).head(i) +=
-          m.departure_variance * matern(scaled_norms(apart, m.lengths)).matrix().transpose();
+      k.row(i).head(i) += m.departure_variance *
+                          scaled_norms(apart, m.lengths).unaryExpr(&matern).matrix().transpose();
     }
   k.diagonal().array() += m.departure_variance + m.noise_factor * z_noise_.array() + jitter;
   return Eigen::LDLT<MatrixXd>(k);  // uses the lower triangle alone
@@ -236,13 +239,12 @@ void Surrogate::fit() {
 }
 
 Prediction Surrogate::predict_low_fidelity(const VectorXd& u) const {
-  Prediction p = predict_alone(u, false, true);
+  Prediction p = predict_alone(u, Parts{}, true);
   if (!companion_) return p;
   const Prediction q = companion_->predict_low_fidelity(u);
   const double b = companion_share_, a = 1 - b;
   p.variance = a * p.variance + b * q.variance + a * b * std::pow(p.mean - q.mean, 2);
   p.mean = a * p.mean + b * q.mean;
-  p.noise_variance = a * p.noise_variance + b * q.noise_variance;
   return p;
 }
 
@@ -260,7 +262,7 @@ FidelityBias Surrogate::fidelity_bias(const VectorXd& u) const {
   variance = inflation_ * (variance + std::max(0.0, square - mean * mean));
   FidelityBias bias{scale_ * mean, scale_ * std::sqrt(variance)};
   if (form_.logarithm) {
-    const double high = predict_alone(u, false, false).mean;
+    const double high = predict_alone(u, Parts{}, false).mean;
     bias = {high * std::expm1(bias.value), high * std::exp(bias.value) * bias.sd};
   }
   if (!companion_) return bias;
@@ -271,12 +273,12 @@ FidelityBias Surrogate::fidelity_bias(const VectorXd& u) const {
                     a * b * std::pow(bias.value - other.value, 2))};
 }
 
-Prediction Surrogate::predict(const VectorXd& u, bool gradients) const {
-  Prediction p = predict_alone(u, gradients, false);
+Prediction Surrogate::predict(const VectorXd& u, Parts parts) const {
+  Prediction p = predict_alone(u, parts, false);
   if (!companion_) return p;
-  const Prediction q = companion_->predict(u, gradients);
+  const Prediction q = companion_->predict(u, parts);
   const double b = companion_share_, a = 1 - b, apart = p.mean - q.mean;
-  if (gradients) {
+  if (parts.gradients) {
     p.variance_gradient = a * p.variance_gradient + b * q.variance_gradient +
                           2 * a * b * apart * (p.mean_gradient - q.mean_gradient);
     p.mean_gradient = a * p.mean_gradient + b * q.mean_gradient;
@@ -294,17 +296,30 @@ Surrogate Surrogate::mixed_with(const Surrogate& other, double share) const {
   return s;
 }
 
-Surrogate::MemberPrediction Surrogate::predict_polynomial(const Member& m, const VectorXd& h,
-                                                          const MatrixXd& dh) const {
-  const VectorXd spread = m.coefficient_covariance * h;
-  MemberPrediction p{h.dot(m.coefficients),
-                     h.dot(spread) + m.departure_variance,
-                     h.dot(m.noise_covariance * h),
-                     {},
-                     {}};
-  if (dh.size() == 0) return p;
-  p.mean_gradient = dh.transpose() * m.coefficients;
-  p.variance_gradient = 2 * dh.transpose() * spread;
+Surrogate::Place Surrogate::place(const VectorXd& u, bool gradients, bool low_fidelity) const {
+  Place at;
+  at.basis = basis(u, low_fidelity);
+  if (gradients) at.basis_gradient = basis_gradient(u);
+  if (!form_.matern) return at;
+  at.prior_basis = prior_variance_.asDiagonal() * at.basis;
+  at.prior_variance = at.basis.dot(at.prior_basis);
+  at.trend_covariance = h_ * at.prior_basis;
+  if (gradients)
+    at.trend_covariance_gradient = h_ * (prior_variance_.asDiagonal() * at.basis_gradient);
+  at.apart = (-data_.u).rowwise() + u.transpose();
+  return at;
+}
+
+Surrogate::MemberPrediction Surrogate::predict_polynomial(const Member& m, const Place& at,
+                                                          Parts parts) const {
+  const VectorXd spread = m.coefficient_covariance * at.basis;
+  MemberPrediction p;
+  p.mean = at.basis.dot(m.coefficients);
+  p.variance = at.basis.dot(spread) + m.departure_variance;
+  if (parts.noise) p.noise = at.basis.dot(m.noise_covariance * at.basis);
+  if (!parts.gradients) return p;
+  p.mean_gradient = at.basis_gradient.transpose() * m.coefficients;
+  p.variance_gradient = 2 * at.basis_gradient.transpose() * spread;
   return p;
 }
 
@@ -314,52 +329,72 @@ Surrogate::MemberPrediction Surrogate::predict_coefficients(const Member& m,
   return {k.dot(m.weights), std::max(0.0, h.dot(bh) - k.dot(m.covariance->solve(k))), 0, {}, {}};
 }
 
-Surrogate::MemberPrediction Surrogate::predict_process(const Member& m, const VectorXd& u,
-                                                       const VectorXd& h,
-                                                       const MatrixXd& dh) const {
-  const VectorXd bh = prior_variance_.asDiagonal() * h;
-  const MatrixXd apart = (-data_.u).rowwise() + u.transpose();
-  const ArrayXd r = scaled_norms(apart, m.lengths);
-  VectorXd k = h_ * bh;
-  k.array() += m.departure_variance * matern(r);
+void Surrogate::covariance_with_data(const Member& m, const Place& at, Scratch& s) const {
+  s.distances = scaled_norms(at.apart, m.lengths);
+  s.covariance = at.trend_covariance;
+  for (Index i = 0; i < s.distances.size(); ++i)
+    s.covariance[i] += m.departure_variance * matern(s.distances[i]);
+}
+
+Surrogate::MemberPrediction Surrogate::predict_process(const Member& m, const Place& at,
+                                                       Parts parts, Scratch& s) const {
+  covariance_with_data(m, at, s);
+  const VectorXd& k = s.covariance;
   // The half solution squared, not k . w: it loses no digits to the wide weight in the trend.
-  VectorXd half = m.covariance->transpositionsP() * k;
-  m.covariance->matrixL().solveInPlace(half);
-  VectorXd w = half.cwiseQuotient(m.covariance->vectorD());
-  const double explained = half.dot(w);
-  m.covariance->matrixU().solveInPlace(w);
-  w = m.covariance->transpositionsP().transpose() * w;
-  MemberPrediction p{k.dot(m.weights),
-                     std::max(0.0, h.dot(bh) + m.departure_variance - explained),
-                     m.noise_factor * w.cwiseAbs2().dot(z_noise_),
-                     {},
-                     {}};
-  if (dh.size() == 0) return p;
-  MatrixXd dk = h_ * (prior_variance_.asDiagonal() * dh);  // [points, parameters]
-  dk += (m.departure_variance * matern_slope(r)).matrix().asDiagonal() * apart *
-        m.lengths.cwiseAbs2().cwiseInverse().asDiagonal();
+  s.half = m.covariance->transpositionsP() * k;
+  m.covariance->matrixL().solveInPlace(s.half);
+  MemberPrediction p;
+  p.mean = k.dot(m.weights);
+  p.variance = std::max(0.0, at.prior_variance + m.departure_variance -
+                                 s.half.dot(s.half.cwiseQuotient(m.covariance->vectorD())));
+  if (!parts.noise && !parts.gradients) return p;
+  s.solution = s.half.cwiseQuotient(m.covariance->vectorD());
+  m.covariance->matrixU().solveInPlace(s.solution);
+  const VectorXd w = m.covariance->transpositionsP().transpose() * s.solution;
+  if (parts.noise) p.noise = m.noise_factor * w.cwiseAbs2().dot(z_noise_);
+  if (!parts.gradients) return p;
+  const ArrayXd slopes = m.departure_variance * s.distances.unaryExpr(&matern_slope);
+  const MatrixXd dk =
+      at.trend_covariance_gradient +
+      slopes.matrix().asDiagonal() * at.apart * m.lengths.cwiseAbs2().cwiseInverse().asDiagonal();
   p.mean_gradient = dk.transpose() * m.weights;
-  p.variance_gradient = 2 * (dh.transpose() * bh - dk.transpose() * w);
+  p.variance_gradient = 2 * (at.basis_gradient.transpose() * at.prior_basis - dk.transpose() * w);
   return p;
 }
 
-Prediction Surrogate::predict_alone(const VectorXd& u, bool gradients, bool low_fidelity) const {
+double Surrogate::predict_mean(const VectorXd& u) const {
+  const Place at = place(u, false, false);
+  const double share = 1 / static_cast<double>(members_.size());
+  Scratch scratch;
+  double mean = 0;
+  for (const Member& m : members_) {
+    if (form_.matern) covariance_with_data(m, at, scratch);
+    mean +=
+        share * (form_.matern ? scratch.covariance.dot(m.weights) : at.basis.dot(m.coefficients));
+  }
+  mean = untransform(shift_ + scale_ * mean);
+  if (!companion_) return mean;
+  const double b = companion_share_, a = 1 - b;
+  return a * mean + b * companion_->predict_mean(u);
+}
+
+Prediction Surrogate::predict_alone(const VectorXd& u, Parts parts, bool low_fidelity) const {
   const Index d = u.size();
   const double share = 1 / static_cast<double>(members_.size());
-  const VectorXd h = basis(u, low_fidelity);
-  const MatrixXd dh = gradients ? basis_gradient(u) : MatrixXd();
+  const Place at = place(u, parts.gradients, low_fidelity);
+  Scratch scratch;
   // Moments of the mixture, standardised: of each member's mean and square, and its variance.
   double mean = 0, square = 0, variance = 0, noise = 0;
   VectorXd mean_gradient = VectorXd::Zero(d), square_gradient = VectorXd::Zero(d),
            variance_gradient = VectorXd::Zero(d);
   for (const Member& m : members_) {
     const MemberPrediction one =
-        form_.matern ? predict_process(m, u, h, dh) : predict_polynomial(m, h, dh);
+        form_.matern ? predict_process(m, at, parts, scratch) : predict_polynomial(m, at, parts);
     mean += share * one.mean;
     square += share * one.mean * one.mean;
     variance += share * one.variance;
     noise += share * one.noise;
-    if (!gradients) continue;
+    if (!parts.gradients) continue;
     mean_gradient += share * one.mean_gradient;
     square_gradient += share * 2 * one.mean * one.mean_gradient;
     variance_gradient += share * one.variance_gradient;
@@ -370,12 +405,12 @@ Prediction Surrogate::predict_alone(const VectorXd& u, bool gradients, bool low_
 
   Prediction p;
   const double t = shift_ + scale_ * mean, s2 = scale_ * scale_;
-  p.mean = form_.logarithm ? std::exp(t) : t;
+  p.mean = untransform(t);
   // dy/dt of the transformation carries spread and slope back to the response.
   const double f = form_.logarithm ? p.mean : 1;
   p.variance = f * f * s2 * variance;
-  p.noise_variance = f * f * s2 * std::min(variance, noise);
-  if (!gradients) return p;
+  if (parts.noise) p.noise_variance = f * f * s2 * std::min(variance, noise);
+  if (!parts.gradients) return p;
   p.mean_gradient = f * scale_ * mean_gradient;
   p.variance_gradient = f * f * s2 * variance_gradient;
   if (form_.logarithm) p.variance_gradient += 2 * p.variance / f * p.mean_gradient;
@@ -427,7 +462,7 @@ Surrogate Surrogate::with_fantasy_point(const VectorXd& u, double noise_variance
                                         bool low_fidelity) const {
   Surrogate s = *this;
   const Index n = z_.size();
-  const double y = low_fidelity ? predict_low_fidelity(u).mean : predict(u).mean;
+  const double y = low_fidelity ? predict_low_fidelity(u).mean : predict_mean(u);
   if (!data_.low_fidelity.empty()) s.data_.low_fidelity.push_back(low_fidelity);
   s.data_.u.conservativeResize(n + 1, Eigen::NoChange);
   s.data_.u.row(n) = u.transpose();
@@ -441,6 +476,7 @@ Surrogate Surrogate::with_fantasy_point(const VectorXd& u, double noise_variance
   s.z_noise_[n] = noise_variance / (scale_ * scale_) / (form_.logarithm ? y * y : 1);
   s.h_.conservativeResize(n + 1, Eigen::NoChange);
   s.h_.row(n) = basis(u, low_fidelity).transpose();
+  s.trend_covariance_ = s.h_ * s.prior_variance_.asDiagonal() * s.h_.transpose();
   for (Member& m : s.members_) s.factorize(m);
   if (companion_)
     s.companion_ = std::make_shared<const Surrogate>(

@@ -51,10 +51,11 @@ struct SurrogateForm {
 };
 
 struct Prediction {
-  double mean = 0;                // in the response's unit (the median, for a logarithm)
-  double variance = 0;            // of the mean response; the seed noise of one run not included
-  double noise_variance = 0;      // the part of it that more seeds at the same points would remove
-  Eigen::VectorXd mean_gradient;  // over the unit cube; empty unless asked for
+  double mean = 0;      // in the response's unit (the median, for a logarithm)
+  double variance = 0;  // of the mean response; the seed noise of one run not included
+  // The part of it that more seeds at the same points would remove; zero unless requested.
+  double noise_variance = 0;
+  Eigen::VectorXd mean_gradient;  // over the unit cube; empty unless requested
   Eigen::VectorXd variance_gradient;
 };
 
@@ -64,12 +65,19 @@ class Surrogate {
   // logarithm. At least two points. Deterministic.
   Surrogate(const SurrogateData& data, const SurrogateForm& form);
 
-  Prediction predict(const Eigen::VectorXd& u) const { return predict(u, false); }
-  // Without gradients.
+  Prediction predict(const Eigen::VectorXd& u) const { return predict(u, Parts{}); }
+  // With gradients and the noise's part of the variance.
+  Prediction predict_with_gradients(const Eigen::VectorXd& u) const {
+    return predict(u, Parts{.gradients = true, .noise = true});
+  }
+  Prediction predict_with_noise(const Eigen::VectorXd& u) const {
+    return predict(u, Parts{.noise = true});
+  }
+  // The mean of predict(), at a fraction of its time.
+  double predict_mean(const Eigen::VectorXd& u) const;
   Prediction predict_low_fidelity(const Eigen::VectorXd& u) const;
   // Zero without data of low fidelity.
   FidelityBias fidelity_bias(const Eigen::VectorXd& u) const;
-  Prediction predict_with_gradients(const Eigen::VectorXd& u) const { return predict(u, true); }
   // Leave-one-out errors: value of each point minus its prediction by the others [points]; unit of
   // the response, to first order for a logarithm.
   Eigen::VectorXd leave_one_out_errors() const;
@@ -105,7 +113,26 @@ class Surrogate {
     Eigen::VectorXd coefficients;
     Eigen::MatrixXd coefficient_covariance, noise_covariance;
   };
-  // Prediction of one member; standardised. Gradients are empty unless requested.
+  // What a prediction has besides mean and variance. Each costs another solution.
+  struct Parts {
+    bool gradients = false, noise = false;
+  };
+  // What the members share in a prediction at u. For a polynomial, basis and basis_gradient alone.
+  struct Place {
+    Eigen::VectorXd basis;             // at u
+    Eigen::MatrixXd basis_gradient;    // [basis, parameters]; empty unless gradients are requested
+    Eigen::VectorXd prior_basis;       // basis times the prior variances
+    double prior_variance = 0;         // of the trend at u
+    Eigen::VectorXd trend_covariance;  // [points], of the trend at u with that at the data
+    Eigen::MatrixXd trend_covariance_gradient;  // [points, parameters]; as basis_gradient
+    Eigen::MatrixXd apart;                      // [points, parameters], u minus each point
+  };
+  // Vectors [points] that the predictions of the members use one after another.
+  struct Scratch {
+    Eigen::ArrayXd distances;
+    Eigen::VectorXd covariance, half, solution;
+  };
+  // Prediction of one member; standardised.
   struct MemberPrediction {
     double mean = 0, variance = 0, noise = 0;
     Eigen::VectorXd mean_gradient, variance_gradient;
@@ -114,13 +141,14 @@ class Surrogate {
   struct LeftOut {
     double error = 0, variance = 0, log_density = 0;
   };
-  Prediction predict(const Eigen::VectorXd& u, bool gradients) const;
-  Prediction predict_alone(const Eigen::VectorXd& u, bool gradients, bool low_fidelity) const;
-  // By the basis h at u and, for gradients, its derivatives dh.
-  MemberPrediction predict_polynomial(const Member& member, const Eigen::VectorXd& h,
-                                      const Eigen::MatrixXd& dh) const;
-  MemberPrediction predict_process(const Member& member, const Eigen::VectorXd& u,
-                                   const Eigen::VectorXd& h, const Eigen::MatrixXd& dh) const;
+  Prediction predict(const Eigen::VectorXd& u, Parts parts) const;
+  Prediction predict_alone(const Eigen::VectorXd& u, Parts parts, bool low_fidelity) const;
+  Place place(const Eigen::VectorXd& u, bool gradients, bool low_fidelity) const;
+  MemberPrediction predict_polynomial(const Member& member, const Place& place, Parts parts) const;
+  MemberPrediction predict_process(const Member& member, const Place& place, Parts parts,
+                                   Scratch& scratch) const;
+  // Covariance of the response at u with that at the data, by a process; sets distances, too.
+  void covariance_with_data(const Member& member, const Place& place, Scratch& scratch) const;
   // Of a sum of coefficients, by its factors h: its mean and variance, standardised.
   MemberPrediction predict_coefficients(const Member& member, const Eigen::VectorXd& h) const;
   void fit();
@@ -136,6 +164,7 @@ class Surrogate {
     return !data_.low_fidelity.empty() && data_.low_fidelity[static_cast<std::size_t>(point)];
   }
   double transform(double y) const;
+  double untransform(double t) const;
 
   SurrogateData data_;
   SurrogateForm form_;
@@ -143,6 +172,7 @@ class Surrogate {
   Eigen::VectorXd z_, z_noise_;                 // standardised data and noise variance
   Eigen::MatrixXd h_;                           // [points, basis]
   Eigen::VectorXd prior_variance_;              // prior variance of each coefficient
+  Eigen::MatrixXd trend_covariance_;            // [points, points], by that prior
   Member most_likely_;                          // not factorised
   std::vector<Member> members_;                 // of equal weight
   std::shared_ptr<const Surrogate> companion_;  // of the mixture; null: none

@@ -104,7 +104,7 @@ double DesignModels::merit(const VectorXd& u, std::optional<double> incumbent) c
 }
 
 void DesignModels::believe(const VectorXd& u) {
-  const double mean = surrogate_.predict(u).mean;
+  const double mean = surrogate_.predict_mean(u);
   surrogate_ =
       surrogate_.with_fantasy_point(u, objective_.run_variance(u, mean) / o_.replicates_per_design);
 }

@@ -38,6 +38,7 @@ struct Scene {
   const ResponseModel& model = result.models->targets.front();
 
   Prediction predict(const VectorXd& u) const { return model.surrogate.best.predict(u); }
+  double predict_mean(const VectorXd& u) const { return model.surrogate.best.predict_mean(u); }
 };
 
 // Round numbers, about eight over the range.
@@ -165,7 +166,7 @@ void print_levels(Out& out, const Scene& s) {
     for (int i = 0; i < map_cells; ++i) {
       const VectorXd a = VectorXd::Constant(2, double(i) / map_cells);
       const VectorXd b = VectorXd::Constant(2, double(i + 1) / map_cells);
-      if ((s.predict(a).mean - level) * (s.predict(b).mean - level) > 0) continue;
+      if ((s.predict_mean(a) - level) * (s.predict_mean(b) - level) > 0) continue;
       print(out, "{:.5f} {:.5f} {:g}\n", a[0], a[1], level);
       break;
     }
@@ -192,7 +193,7 @@ void print_map_data(Out& out, const Scene& s) {
   for (int i = 0; i <= map_cells; ++i) {
     for (int j = 0; j <= map_cells; ++j) {
       const VectorXd u = Eigen::Vector2d(i, j) / map_cells;
-      print(out, "{:.5f} {:.5f} {:.6g}\n", u[0], u[1], s.predict(u).mean);
+      print(out, "{:.5f} {:.5f} {:.6g}\n", u[0], u[1], s.predict_mean(u));
     }
     print(out, "\n");
   }

@@ -105,15 +105,35 @@ TEST(Surrogate, ErrorsAreAsLargeAsItSays) {
   EXPECT_LT(squares / count, 1.8);
 }
 
+TEST(Surrogate, AllPredictionsOfAPlaceAreEqual) {
+  for (const SurrogateForm& form : forms) {
+    const Surrogate one(sampled(15, wavy, 0.1), form);
+    const Surrogate other(sampled(15, wavy, 0.1), SurrogateForm{!form.quadratic, !form.matern});
+    for (const Surrogate& s : {one, one.mixed_with(other, 0.3)})
+      for (std::uint64_t i = 0; i < 5; ++i) {
+        const VectorXd u = quasi_random_point(i, 2);
+        const Prediction plain = s.predict(u), noise = s.predict_with_noise(u),
+                         all = s.predict_with_gradients(u);
+        EXPECT_EQ(plain.noise_variance, 0);
+        EXPECT_EQ(noise.mean, plain.mean);
+        EXPECT_EQ(noise.variance, plain.variance);
+        EXPECT_EQ(all.mean, plain.mean);
+        EXPECT_EQ(all.variance, plain.variance);
+        EXPECT_EQ(all.noise_variance, noise.noise_variance);
+        EXPECT_EQ(s.predict_mean(u), plain.mean);
+      }
+  }
+}
+
 TEST(Surrogate, NoiseIsAPartOfTheVarianceAndShrinksWithSeeds) {
   const VectorXd u = Eigen::Vector2d(0.4, 0.5);
   for (const SurrogateForm& form : forms) {
     SurrogateData data = sampled(15, wavy, 0.1);
-    const Prediction few = Surrogate(data, form).predict(u);
+    const Prediction few = Surrogate(data, form).predict_with_noise(u);
     EXPECT_GT(few.noise_variance, 0);
     EXPECT_LE(few.noise_variance, few.variance);
     data.noise_variance /= 100;
-    EXPECT_LT(Surrogate(data, form).predict(u).noise_variance, few.noise_variance / 20);
+    EXPECT_LT(Surrogate(data, form).predict_with_noise(u).noise_variance, few.noise_variance / 20);
   }
 }
 
