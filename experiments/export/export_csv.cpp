@@ -16,7 +16,7 @@ void export_frames(const Recording& recording, const std::string& directory) {
   csv.line(
       "time [s],particle,x [m],y [m],z [m],qw,qx,qy,qz,vx [m/s],vy [m/s],vz [m/s],"
       "wx [rad/s],wy [rad/s],wz [rad/s]");
-  for (std::size_t k = 0; k < recording.frame_times().size(); ++k) {
+  for (std::size_t k = 0; k < recording.frame_count(); ++k) {
     const Frame frame = recording.frame(k);
     for (std::size_t i = 0; i < frame.position.size(); ++i) {
       if (std::isnan(frame.position[i][0])) continue;

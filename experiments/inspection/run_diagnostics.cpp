@@ -26,7 +26,7 @@ bool too_late(const ContactDiagnostics& h) {
 
 double largest_speed(const Recording& recording) {
   constexpr std::size_t kFrames = 200;
-  const std::size_t count = recording.frame_times().size();
+  const std::size_t count = recording.frame_count();
   const std::size_t stride = 1 + count / kFrames;
   double squared = 0;
   for (std::size_t i = 0; i < count; i += stride) {

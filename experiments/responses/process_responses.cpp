@@ -130,7 +130,7 @@ void add_flow(std::vector<std::pair<double, double>> passages, const std::string
 // Of those that have not passed: until they left, or the run ended.
 std::vector<double> censored_times(const Recording& recording, const std::vector<double>& passed) {
   const std::vector<double> came = recording.insert_time(), left = recording.exit_time();
-  const double end = recording.frame_times().empty() ? 0 : recording.frame_times().back();
+  const double end = recording.frame_count() == 0 ? 0 : recording.frame_times().back();
   std::vector<double> censored;
   for (std::size_t i = 0; i < passed.size(); ++i)
     if (std::isnan(passed[i]) && !std::isnan(came[i]))
@@ -294,7 +294,7 @@ std::vector<Response> process_responses(const Recording& recording, const Case& 
             "until so many had passed the stage's sensor; undefined: it ended before");
   }
   const std::vector<double> inserted = recording.insert_time();
-  const std::size_t frames = recording.frame_times().size();
+  const std::size_t frames = recording.frame_count();
   const Frame last = frames > 0 ? recording.frame(frames - 1) : Frame{};
   std::size_t coming = inserted.size();
   for (const Inlet& s : c.inlets)

@@ -217,6 +217,8 @@ std::vector<double> Recording::sensor_time(const std::string& sensor) const {
   return {first, first + static_cast<std::ptrdiff_t>(particle_count())};
 }
 
+std::size_t Recording::frame_count() const { return impl_->frames; }
+
 std::vector<double> Recording::frame_times() const {
   return impl_->rows("/frames/time", 0, impl_->frames);
 }

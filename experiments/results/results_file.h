@@ -76,6 +76,7 @@ class Recording {
   std::vector<int> outlet() const;          // [N] index of the case's outlets; -1: none
   // [N] s, first time inside the sensor; NaN: never. Throws InputError for an unknown name.
   std::vector<double> sensor_time(const std::string& sensor) const;
+  std::size_t frame_count() const;
   std::vector<double> frame_times() const;  // [T] s
   Frame frame(std::size_t i) const;
   std::vector<StageRecord> stages() const;

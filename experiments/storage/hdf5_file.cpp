@@ -215,14 +215,15 @@ void Table::truncate(std::size_t rows) {
 File File::create(const std::string& path) {
   const Handle access = file_access();
   failed_close = 0;  // of a file that was given up
-  return File(own(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), "create it"));
+  return File(own(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), "create it"),
+              Access::write);
 }
 
 File File::open(const std::string& path, Access access) {
   const Handle list = file_access();
   if (access == Access::write) failed_close = 0;  // of a file that was given up
   const unsigned flags = access == Access::write ? H5F_ACC_RDWR : H5F_ACC_RDONLY;
-  return File(own(H5Fopen(path.c_str(), flags, list.id()), "open it"));
+  return File(own(H5Fopen(path.c_str(), flags, list.id()), "open it"), access);
 }
 
 void File::flush() {
@@ -233,6 +234,7 @@ void File::flush() {
 }
 
 void File::close() {
+  open_rows_.clear();
   flush();
   const Id id = std::exchange(file_, Handle()).release();
   check(H5Idec_ref(id), "close");
@@ -367,27 +369,44 @@ std::vector<std::string> File::read_strings(const std::string& path) const {
   return values;
 }
 
+struct File::OpenRows {
+  Handle dataset;
+  Shape shape;
+  bool kept_as_doubles = false;
+  Storage storage;  // of a dataset kept as doubles
+};
+
+std::shared_ptr<const File::OpenRows> File::open_rows(const std::string& path) const {
+  if (const auto found = open_rows_.find(path); found != open_rows_.end()) return found->second;
+  const auto rows = std::make_shared<OpenRows>();
+  rows->dataset = open_dataset(file_.id(), stored(path));
+  const Id id = rows->dataset.id();
+  rows->shape = shape_of(id);
+  check_believable(file_.id(), rows->dataset, path);
+  rows->kept_as_doubles = is_kept_as<double>(id);
+  if (rows->kept_as_doubles) rows->storage = storage_of(id, path);
+  if (access_ == Access::read) open_rows_[path] = rows;
+  return rows;
+}
+
 std::vector<double> File::read_rows(const std::string& path, std::size_t first,
                                     std::size_t count) const {
-  const Handle dataset = open_dataset(file_.id(), stored(path));
-  Shape shape = shape_of(dataset.id());
+  const auto rows = open_rows(path);
+  Shape shape = rows->shape;
   if (shape.empty() || first + count > shape[0])
     throw Error(fmt::format("{} has no rows {} to {}", path, first, first + count));
-  check_believable(file_.id(), dataset, path);
   shape[0] = count;
   std::vector<double> values(product(shape));
   if (values.empty()) return values;
-  if (is_kept_as<double>(dataset.id())) {
-    if (const Storage s = storage_of(dataset.id(), path); s.layout == H5D_CHUNKED) {
-      read_chunks(dataset.id(), s, first, count, size_of_file(file_.id()), path,
-                  reinterpret_cast<unsigned char*>(values.data()));
-      return values;
-    }
+  const Id id = rows->dataset.id();
+  if (rows->kept_as_doubles && rows->storage.layout == H5D_CHUNKED) {
+    read_chunks(id, rows->storage, first, count, size_of_file(file_.id()), path,
+                reinterpret_cast<unsigned char*>(values.data()));
+    return values;
   }
-  const Handle selected = select_rows(dataset.id(), first, count);
+  const Handle selected = select_rows(id, first, count);
   const Handle memory = dataspace({values.size()});
-  check(H5Dread(dataset.id(), H5T_NATIVE_DOUBLE, memory.id(), selected.id(), H5P_DEFAULT,
-                values.data()),
+  check(H5Dread(id, H5T_NATIVE_DOUBLE, memory.id(), selected.id(), H5P_DEFAULT, values.data()),
         "read " + path);
   return values;
 }

@@ -7,6 +7,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
+#include <memory>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -112,7 +114,10 @@ class File {
   // After the call, all functions take and return current names. `names.stored` requires
   // `names.current`. Lists omit an object whose name in the file is the current name of another
   // one.
-  void use_names(Names names) { names_ = std::move(names); }
+  void use_names(Names names) {
+    names_ = std::move(names);
+    open_rows_.clear();
+  }
 
   void flush();  // also throws errors of handles that were closed before
   void close();  // throws errors that the destructor must ignore
@@ -162,12 +167,19 @@ class File {
   std::uint64_t integer_attribute(const std::string& path, const std::string& name) const;
 
  private:
-  explicit File(Handle file) : file_(std::move(file)) {}
+  // A dataset of doubles that is open for reading by rows.
+  struct OpenRows;
+  explicit File(Handle file, Access access) : file_(std::move(file)), access_(access) {}
+  // The dataset, which a file without write access keeps open: opening costs more than reading a
+  // row.
+  std::shared_ptr<const OpenRows> open_rows(const std::string& path) const;
   std::string stored(const std::string& path) const;
   std::string stored(const std::string& path, const std::string& attribute) const;
   bool is_in_use(const std::string& stored_path, std::string& path) const;
   Handle file_;
+  Access access_;
   Names names_;
+  mutable std::map<std::string, std::shared_ptr<const OpenRows>> open_rows_;  // by their paths
 };
 
 }  // namespace firn::hdf5

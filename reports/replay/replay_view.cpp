@@ -180,7 +180,7 @@ ReplaySize add_replay_view(page::Page& page, page::Content& content, const Repla
 
 ReplaySize add_replay(page::Page& page, const Recording& recording, const Case& c,
                       const ReplayViewOptions& options) {
-  if (recording.frame_times().empty()) return {};
+  if (recording.frame_count() == 0) return {};
   return add_replay_view(page, page.section("Replay", "replay"), {"run", c.name}, recording, c,
                          options);
 }

@@ -39,7 +39,7 @@ struct Earlier {
     if (!recording.contains(path))
       throw InputError(fmt::format("{}: has no {}; run that case again", file, path));
     const std::vector<double> all = recording.series(path);
-    const std::size_t width = all.size() / recording.frame_times().size();
+    const std::size_t width = all.size() / recording.frame_count();
     const auto first = all.begin() + static_cast<std::ptrdiff_t>(row * width);
     return {first, first + static_cast<std::ptrdiff_t>(width)};
   }
