@@ -215,13 +215,8 @@ TEST(Choices, TextsBecomeValuesOfTheCase) {
 
 TEST(Choices, AreRefusedWithOneLine) {
   const Folder folder("law-wrong");
-  const auto message = [&](const std::string& choices, const std::string& more) -> std::string {
-    try {
-      read_study(folder.write("study.toml", law_study(choices, 13, 3) + more));
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "no complaint";
+  const auto message = [&](const std::string& choices, const std::string& more) {
+    return folder.study_error(law_study(choices, 13, 3) + more);
   };
   const struct {
     std::string choices, more, complaint;

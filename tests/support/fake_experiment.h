@@ -11,6 +11,7 @@
 #include <string>
 
 #include "calibrate/calibrate.h"
+#include "calibrate/study/study_file.h"
 #include "experiments/batch/execution/executor.h"
 #include "tests/support/scratch_folder.h"
 
@@ -34,7 +35,7 @@ class FakeExperiment : public Executor {
   ResolvedCase resolve(const std::string&, const std::vector<Override>& overrides,
                        const MaterialRequest&) override {
     std::string text;
-    for (const auto& [key, value] : overrides) text += key + " = " + value + "\n";
+    for (const auto& [key, value] : overrides) text.append(key).append(" = ").append(value).append("\n");
     return {text, case_identity(text)};
   }
 
@@ -79,6 +80,15 @@ class Folder : public test::ScratchFolder {
   std::string write(const std::string& name, const std::string& text) const {
     std::ofstream(path() / name) << text;
     return *this / name;
+  }
+  // What read_study() says of this text in the file study.toml; "no complaint".
+  std::string study_error(const std::string& text) const {
+    try {
+      read_study(write("study.toml", text));
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "no complaint";
   }
 };
 

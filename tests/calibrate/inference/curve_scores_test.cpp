@@ -195,14 +195,7 @@ TEST(Curves, ARunWithoutTheCurveEndsTheStudy) {
 
 TEST(Curves, AreRefusedWithOneLine) {
   const Folder folder("curve-wrong");
-  const auto message = [&](const std::string& study) -> std::string {
-    try {
-      read_study(folder.write("study.toml", study));
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "no complaint";
-  };
+  const auto message = [&](const std::string& study) { return folder.study_error(study); };
   write_record(folder, [](double t) { return rise(9, 1.2, t); });
   EXPECT_EQ(message(press_study()), "no complaint");
   const struct {

@@ -170,14 +170,7 @@ TEST(Discrepancy, ARepeatedMeasurementDoesNotReduceIt) {
 
 TEST(Discrepancy, IsToldWhatIsWrongWithIt) {
   const Folder folder("discrepancy-wrong");
-  const auto message = [&](const std::string& more) -> std::string {
-    try {
-      read_study(folder.write("study.toml", p_study(more)));
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "no complaint";
-  };
+  const auto message = [&](const std::string& more) { return folder.study_error(p_study(more)); };
   const std::string target =
       "[[targets]]\nresponse = \"x\"\nvalue = \"13 deg\"\nuncertainty = \"0.4 deg\"\n";
   const struct {

@@ -292,13 +292,8 @@ TEST(StudyWithIntegers, RunsWholeNumbers) {
 
 TEST(StudyWithPriors, MistakesHaveAPlace) {
   const Folder folder("prior-mistakes");
-  const auto message = [&](const std::string& more) -> std::string {
-    try {
-      read_study(folder.write("study.toml", friction_study(angle_target + more)));
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "no complaint";
+  const auto message = [&](const std::string& more) {
+    return folder.study_error(friction_study(angle_target + more));
   };
   const std::string prior = "[[priors]]\nparameter = \"mu1\"\n";
   EXPECT_EQ(message(prior + "kind = \"normal\"\nmean = 0.1\nsd = 0.02\n"), "no complaint");
