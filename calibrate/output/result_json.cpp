@@ -54,6 +54,7 @@ Document::Set set_of(const Study& study, const CheckedSet& set) {
 
 std::vector<Document::Set> sets_of(const Study& study, const std::vector<CheckedSet>& sets) {
   std::vector<Document::Set> all;
+  all.reserve(sets.size());
   for (const CheckedSet& set : sets) all.push_back(set_of(study, set));
   return all;
 }

@@ -31,6 +31,8 @@ std::string discrepancy_text(const Target& t) {
   return fmt::format(", discrepancy ± {:.2g}{}", t.discrepancy, unit_suffix(t.unit));
 }
 
+constexpr const char* low_fidelity_title = "low fidelity, less its bias";
+
 struct Scene {
   const Study& study;
   const CalibrationResult& result;
@@ -126,25 +128,34 @@ std::vector<VectorXd> label_places(const std::vector<VectorXd>& marks, std::size
 struct Mark {
   VectorXd u;
   Sample sample;
+  bool is_low_fidelity = false;
 };
 std::vector<Mark> marks_of(const Scene& s) {
   std::vector<Mark> marks;
   for (const Point& p : s.result.points) {
     Sample sample = firn::sample(p.finished(s.target.response));
-    if (p.is_low_fidelity(s.target.response.experiment))
-      sample.mean -= s.model.surrogate.best.fidelity_bias(p.u).value;
-    if (sample.count > 0 && !p.phase.starts_with("compare")) marks.push_back({p.u, sample});
+    const bool low = p.is_low_fidelity(s.target.response.experiment);
+    if (low) sample.mean -= s.model.surrogate.best.fidelity_bias(p.u).value;
+    if (sample.count > 0 && !p.phase.starts_with("compare")) marks.push_back({p.u, sample, low});
   }
   return marks;
 }
 
+bool has_low_fidelity(const Scene& s) {
+  return std::ranges::any_of(marks_of(s), &Mark::is_low_fidelity);
+}
+
 // One line per simulated point of the fit: parameters, mean, standard error.
 void print_points(Out& out, const Scene& s) {
-  print(out, "$points << END\n");
-  for (const auto& [u, sample] : marks_of(s))
-    print(out, "{:.5f} {:.5g} {:.5g}\n", fmt::join(u, " "), sample.mean,
-          s.model.noise.at(sample.mean) / std::sqrt(sample.count));
-  print(out, "END\n$arched << END\n");
+  for (const bool low : {false, true}) {
+    print(out, "{} << END\n", low ? "$low" : "$points");
+    for (const Mark& m : marks_of(s))
+      if (m.is_low_fidelity == low)
+        print(out, "{:.5f} {:.5g} {:.5g}\n", fmt::join(m.u, " "), m.sample.mean,
+              s.model.noise.at(m.sample.mean) / std::sqrt(m.sample.count));
+    print(out, "END\n");
+  }
+  print(out, "$arched << END\n");
   for (const Point& p : s.result.points)
     if (p.count(JobStatus::arched) > 0) print(out, "{:.5f}\n", fmt::join(p.u, " "));
   print(out, "END\n$lost << END\n");
@@ -248,6 +259,12 @@ std::string draw_map(const Scene& s) {
         " $points using 1:2:3 with points pt 7 ps 1.7 lc palette notitle, \\\n"
         " 1/0 with points pt 6 ps 1.9 lc rgb '#303030' title 'simulated: mean over seeds', \\\n"
         " $numbers using 1:2:3 with labels boxed font ',10' notitle");
+  if (has_low_fidelity(s))
+    print(out,
+          ", \\\n $low using 1:2 with points pt 5 ps 1.9 lc rgb '#303030' notitle, \\\n"
+          " $low using 1:2:3 with points pt 5 ps 1.5 lc palette notitle, \\\n"
+          " 1/0 with points pt 4 ps 1.7 lc rgb '#303030' title '{}'",
+          low_fidelity_title);
   if (!s.result.ridge.empty())
     print(out,
           ", \\\n $valley with points pt 7 ps 1.5 lc rgb 'white' notitle, \\\n"
@@ -304,8 +321,13 @@ std::string draw_slices(const Scene& s) {
           "title 'fit ± 1 sd', \\\n"
           " $slice{6} using 1:2 with lines lw 2.5 lc rgb '#2b6aa0' notitle, \\\n"
           " $points using {3}:{4}:{5} with yerrorbars pt 7 ps 1.1 lc rgb '#303030' "
-          "title 'simulated ± standard error'\n",
+          "title 'simulated ± standard error'",
           t.value - t.sd(), t.value + t.sd(), t.value, i + 1, d + 1, d + 2, i + 1);
+    if (has_low_fidelity(s))
+      print(out,
+            ", \\\n $low using {}:{}:{} with yerrorbars pt 4 ps 1.1 lc rgb '#707070' title '{}'",
+            i + 1, d + 1, d + 2, low_fidelity_title);
+    print(out, "\n");
   }
   if (d > 1) print(out, "unset multiplot\n");
   return fmt::to_string(out);

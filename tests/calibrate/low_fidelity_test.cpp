@@ -148,6 +148,8 @@ TEST(LowFidelity, ExploresAndTheCaseItselfConfirms) {
   EXPECT_THAT(s.table, HasSubstr("Low fidelity: coarse = 1"));
   const std::string runs = read_text(folder / "out/runs.csv");
   EXPECT_THAT(runs, HasSubstr(",low fidelity: design,"));
+  EXPECT_THAT(read_text(folder / "out/fitted_response.svg"),
+              HasSubstr("low fidelity, less its bias"));
   EXPECT_THAT(runs, testing::Not(HasSubstr("low fidelity: confirm")));
   EXPECT_THAT(runs, testing::Not(HasSubstr("low fidelity: valley")));
   // Again in the same folder: nothing is simulated twice, and nothing changes.
@@ -218,15 +220,10 @@ TEST(LowFidelity, OutOfReachIsSaidAfterSimulatingTheCaseItselfThere) {
 
 TEST(LowFidelity, BadTablesAreRefused) {
   const Folder folder("bad");
-  const auto message = [&](const std::string& more) -> std::string {
-    try {
-      read_study(folder.write("study.toml", friction_study(target + more)));
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "";
+  const auto message = [&](const std::string& more) {
+    return folder.study_error(friction_study(target + more));
   };
-  EXPECT_EQ(message(low), "");
+  EXPECT_EQ(message(low), "no complaint");
   EXPECT_THAT(message("[low_fidelity]\nset = {}\n"), HasSubstr("low_fidelity.set: is empty"));
   EXPECT_THAT(message("[low_fidelity]\npairs = 2\n"), HasSubstr("low_fidelity.set"));
   EXPECT_THAT(message(low + "pairs = 0\n"), HasSubstr("low_fidelity.pairs"));
