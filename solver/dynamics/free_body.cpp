@@ -139,6 +139,9 @@ KickResult integrate_free_body(const FreeBody& body, const Vec3& origin,
   const Eigen::Index n = axes.velocity.cols();
   const double h = 0.5 * dt;
   Vector u = rates(motion, n);
+  double friction[kMaxJoints] = {};  // N or N m, the most
+  for (std::size_t k = 0; k < body.joints.size(); ++k)
+    friction[k] = friction_limit(body.joints[k], at.parent * body.joints[k].direction, at.bearing);
   // What friction and motors give against a jump of the parent, of what they can give in all.
   double friction_given[kMaxJoints] = {}, drive_given[kMaxJoints] = {};
   if (half == HalfKick::first && at.parent_moves) {
@@ -157,8 +160,7 @@ KickResult integrate_free_body(const FreeBody& body, const Vec3& origin,
     };
     for (std::size_t k = 0; k < body.joints.size(); ++k) {
       const double rate = before[static_cast<Eigen::Index>(k)];
-      if (is_at(rate, 0) && body.joints[k].friction > 0)
-        friction_given[k] = hold(k, h * body.joints[k].friction);
+      if (is_at(rate, 0) && friction[k] > 0) friction_given[k] = hold(k, h * friction[k]);
       for (const Motor* motor : motors[k]) {
         const bool holds =
             motor->acts(t) &&
@@ -191,8 +193,7 @@ KickResult integrate_free_body(const FreeBody& body, const Vec3& origin,
     for (std::size_t k = 0; k < body.joints.size(); ++k) {
       double spent = drive_given[k];
       motor_impulse[k] = spent;
-      if (body.joints[k].friction > 0)
-        push(k, 0, -h * body.joints[k].friction, h * body.joints[k].friction, friction_given[k]);
+      if (friction[k] > 0) push(k, 0, -h * friction[k], h * friction[k], friction_given[k]);
       for (const Motor* motor : motors[k]) {
         if (!motor->acts(t)) continue;
         result.driven = true;

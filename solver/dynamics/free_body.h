@@ -22,6 +22,7 @@ struct FreeBodyState {
   Vec3 force = Vec3::Zero();                           // N, by contacts
   Vec3 torque = Vec3::Zero();                          // N m, by contacts, about the body's origin
   Vec3 gravity = Vec3::Zero();                         // m/s^2
+  JointLoad bearing;                                   // N, N m by the parent over the last step
 };
 
 // [kMaxJoints] each: m or rad; m/s or rad/s; N s or N m s. The last three rates of a body that

@@ -11,6 +11,20 @@ constexpr double kApproach = 5e-3;  // s
 
 }  // namespace
 
+double friction_limit(const Joint& joint, const Vec3& axis, const JointLoad& bearing) {
+  if (joint.friction_coefficient == 0) return joint.friction;
+  const double along = axis.dot(bearing.force);
+  const Vec3 across = bearing.force - along * axis;
+  double borne = across.norm();
+  if (joint.bearing_length > 0) {
+    // Ends at +-L/2: their forces sum to `across`, and their moments to the torque across the axis.
+    const Vec3 couple = bearing.torque.cross(axis) / joint.bearing_length;
+    borne = (0.5 * across + couple).norm() + (0.5 * across - couple).norm();
+  }
+  if (joint.kind == Joint::Kind::rotation) borne = joint.bearing_radius * (borne + std::abs(along));
+  return joint.friction + joint.friction_coefficient * borne;
+}
+
 double spring_load(const Joint& joint, double coordinate) {
   return -joint.stiffness * (coordinate - joint.spring_reference);
 }

@@ -1,4 +1,4 @@
-// Loads of springs and motors along the axis of a joint.
+// Loads of springs, motors and friction along the axis of a joint.
 #pragma once
 
 #include "firn/motion.h"
@@ -9,6 +9,14 @@ namespace firn {
 // as they are at its end, and the whole change of the parent's motion; the second one as they are
 // at its start.
 enum class HalfKick { first, second };
+
+struct JointLoad {
+  Vec3 force = Vec3::Zero(), torque = Vec3::Zero();  // N and N m, or N s and N m s
+};
+
+// N or N m: the most that friction resists. `axis`: of the joint, unit. `bearing`: what the parent
+// does to the body through the joint, N, and N m about the frame's origin, in the axes of `axis`.
+double friction_limit(const Joint& joint, const Vec3& axis, const JointLoad& bearing);
 
 // N or N m, at this coordinate.
 double spring_load(const Joint& joint, double coordinate);

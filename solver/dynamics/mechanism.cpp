@@ -286,7 +286,9 @@ struct Mechanism::Impl {
       const Joint& one = joint_at(i);
       const auto at = static_cast<Eigen::Index>(i);
       std::vector<BoundedImpulse>& impulses = all[i];
-      if (one.friction > 0) impulses.push_back({0, h * one.friction, -h * one.friction, nullptr});
+      const Vec3 axis = s.ground * (axes_of_parent(f) * one.direction);
+      if (const double friction = friction_limit(one, axis, s.bearings[f]); friction > 0)
+        impulses.push_back({0, h * friction, -h * friction, nullptr});
       for (const Motor* motor : s.motors[f][k]) {
         if (!motor->acts(s.time)) continue;
         impulses.push_back({motor_target_rate(*motor, q[at], s.dt, half),

@@ -19,10 +19,6 @@
 
 namespace firn {
 
-struct JointLoad {
-  Vec3 force = Vec3::Zero(), torque = Vec3::Zero();  // N and N m, or N s and N m s
-};
-
 // One instant of a mechanism, in world axes.
 struct MechanismState {
   Mat3 ground = Mat3::Identity();               // axes of the ground -> world
@@ -33,6 +29,7 @@ struct MechanismState {
   Vec3 gravity = Vec3::Zero();         // m/s^2
   double time = 0, dt = 0;             // s
   std::vector<JointLoad> loads;        // [frames] N, N m by contacts, about the frame's origin
+  std::vector<JointLoad> bearings;     // [frames] N, N m by the parent over the last step
   std::vector<FreeBodyMotion> motion;  // [frames]
   std::vector<std::vector<std::vector<const Motor*>>> motors;  // [frames][joints]
 };

@@ -12,7 +12,7 @@ namespace firn {
 
 namespace {
 
-constexpr std::uint64_t kMagic = 0x4e52494600000008;  // "FIRN" and the layout's version
+constexpr std::uint64_t kMagic = 0x4e52494600000009;  // "FIRN" and the layout's version
 
 // The same walk over the state writes and reads it.
 class Writer {

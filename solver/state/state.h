@@ -104,6 +104,7 @@ struct JointReaction {
   Vec3 center_velocity = Vec3::Zero();   // m/s, of the center of mass, over the last step
   Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s, about the center of mass, over the last step
   Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();  // N s, N m s, since cleared
+  Vec3 force = Vec3::Zero(), torque = Vec3::Zero();             // N, N m, over the last step
   double known = 0;                                             // 1: a step has been made
 };
 

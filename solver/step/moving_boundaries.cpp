@@ -101,6 +101,7 @@ FreeBodyState free_body_state(const Model& model, const State& s,
   scene.force = load.force;
   scene.torque = load.torque;
   scene.gravity = model.gravity;
+  scene.bearing = {s.joint_reactions[f].force, s.joint_reactions[f].torque};
   if (frame.parent >= 0) {
     const FrameMotion& parent = s.frames[static_cast<std::size_t>(frame.parent)];
     const FrameMotion& place = parents[static_cast<std::size_t>(frame.parent)];
@@ -190,6 +191,8 @@ MechanismState mechanism_state(const Model& model, State& s,
   for (const int f : members.frames) {
     const BodyLoad& load = loads[static_cast<std::size_t>(f)];
     at.loads.push_back({load.force, load.torque});
+    const JointReaction& bearing = s.joint_reactions[static_cast<std::size_t>(f)];
+    at.bearings.push_back({bearing.force, bearing.torque});
     at.motion.push_back(coordinates(s.frames[static_cast<std::size_t>(f)]));
     auto& motors = at.motors.emplace_back();
     const std::size_t joints = model.frames[static_cast<std::size_t>(f)].free->joints.size();
@@ -281,7 +284,10 @@ JointLoad other_impulse(const Model& model, const FreeBody& body, const Vec3& or
   return other;
 }
 
-void note_reaction(const JointLoad& parent, JointReaction& joint) {
+// `parent`: over a step of dt s.
+void note_reaction(const JointLoad& parent, double dt, JointReaction& joint) {
+  joint.force = parent.force / dt;
+  joint.torque = parent.torque / dt;
   joint.impulse += parent.force;
   joint.angular_impulse += parent.torque;
 }
@@ -315,7 +321,7 @@ void note_reactions(const Model& model, State& s, const std::vector<FrameMotion>
     if (!is_known) continue;
     borne[f].force += own.force;
     borne[f].torque += own.torque;
-    note_reaction(borne[f], s.joint_reactions[f]);
+    note_reaction(borne[f], model.timestep, s.joint_reactions[f]);
     add(frame.parent, before[f].position, borne[f].force, borne[f].torque);
   }
 }
@@ -359,10 +365,11 @@ void advance_frame(const Model& model, State& s, std::size_t f, bool is_member,
   motion.angular_velocity = angular_velocity;
   motion.position = position;
   Eigen::Map<Mat3>(motion.rotation) = rotation;
-  if (frame.free && !is_member)
-    note_reaction(other_impulse(model, *frame.free, frame.origin, load, before[f], motion,
-                                s.joint_reactions[f]),
-                  s.joint_reactions[f]);
+  if (!frame.free || is_member) return;
+  const bool is_known = s.joint_reactions[f].known > 0;
+  const JointLoad other = other_impulse(model, *frame.free, frame.origin, load, before[f], motion,
+                                        s.joint_reactions[f]);
+  if (is_known) note_reaction(other, dt, s.joint_reactions[f]);
 }
 
 void advance_boundary(const Model& model, State& s, std::size_t b, BoundaryMotionScratch& scratch) {
@@ -434,6 +441,24 @@ void finish_frames(const Model& model, Workspace& w, State& s) {
   }
 }
 
+// Until a step has been made, joints bear the weights of their bodies as drawn.
+void estimate_reactions(const Model& model, State& s) {
+  for (std::size_t f = model.frames.size(); f-- > 0;) {
+    const MotionFrame& frame = model.frames[f];
+    if (!frame.free) continue;
+    JointReaction& joint = s.joint_reactions[f];
+    const Vec3 support = -frame.free->mass * model.gravity;
+    joint.force += support;
+    joint.torque += (frame.free->center - frame.origin).cross(support);
+    const int below = free_frame(model.frames, frame.parent);
+    if (below < 0) continue;
+    JointReaction& carrier = s.joint_reactions[static_cast<std::size_t>(below)];
+    const Vec3 arm = frame.origin - model.frames[static_cast<std::size_t>(below)].origin;
+    carrier.force += joint.force;
+    carrier.torque += joint.torque + arm.cross(joint.force);
+  }
+}
+
 void place_boundaries(const Model& model, State& s) {
   const std::size_t n = model.particles.size();
   s.frames.resize(model.frames.size());
@@ -448,6 +473,7 @@ void place_boundaries(const Model& model, State& s) {
     s.frames[f].position = frame.origin;
     s.frame_position[f] = frame.origin - origin_of(model, frame.parent);
   }
+  estimate_reactions(model, s);
   s.boundary_position.resize(model.boundaries.size());
   s.boundary_orientation.resize(model.boundaries.size());
   for (std::size_t b = 0; b < model.boundaries.size(); ++b) {

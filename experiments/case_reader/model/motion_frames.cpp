@@ -173,9 +173,27 @@ void read_profile(const TomlTable& t, const std::string& kind, Motion& m) {
   }
 }
 
+// Friction that follows the load of the bearing. Not filled in where it is left out.
+void read_bearing(const TomlTable& t, Joint& axis) {
+  const bool turns = axis.kind == Joint::Kind::rotation, has = t.has("friction_coefficient");
+  for (const char* key : {"bearing_radius", "bearing_length"})
+    if (!has && t.has(key)) t.fail(key, "has no use; expected a friction_coefficient beside it");
+  if (!has) return;
+  axis.friction_coefficient = t.number("friction_coefficient");
+  if (!(axis.friction_coefficient >= 0))
+    t.fail("friction_coefficient", "is negative; expected at least 0");
+  if (t.has("bearing_length"))
+    axis.bearing_length = t.quantity("bearing_length", dimension::length, Sign::positive);
+  if (turns)
+    axis.bearing_radius = t.quantity("bearing_radius", dimension::length, Sign::positive);
+  else if (t.has("bearing_radius"))
+    t.fail("bearing_radius", "has no use; expected a joint of the kind \"rotation\"");
+}
+
 Joint read_joint(const TomlTable& t) {
   t.allow({"kind", "direction", "stiffness", "spring_reference", "damping", "friction", "lower",
-           "upper", "limit_restitution", "armature", "motors"});
+           "upper", "friction_coefficient", "bearing_radius", "bearing_length", "limit_restitution",
+           "armature", "motors"});
   Joint axis;
   const bool turns = t.choice("kind", {"translation", "rotation"}) == "rotation";
   axis.kind = turns ? Joint::Kind::rotation : Joint::Kind::translation;
@@ -198,6 +216,7 @@ Joint read_joint(const TomlTable& t) {
   if (t.has("armature"))
     axis.armature = t.quantity("armature", turns ? dimension::moment_of_inertia : dimension::mass,
                                Sign::non_negative);
+  read_bearing(t, axis);
   for (const TomlTable& motor : t.tables("motors")) {
     axis.motors.push_back(read_motor(motor, axis.kind));
   }

@@ -73,8 +73,13 @@ struct Joint {
   Vec3 direction = Vec3::UnitZ();  // unit; a rotation is about the frame's origin
   // Spring with the coordinate `spring_reference` without a load: N/m and m, or N m/rad and rad.
   double stiffness = 0, spring_reference = 0;
-  double damping = 0;                              // N s/m or N m s/rad
-  double friction = 0;                             // N or N m, against any motion
+  double damping = 0;   // N s/m or N m s/rad
+  double friction = 0;  // N or N m, against any motion
+  // Coulomb friction of the bearing adds to it: the coefficient times the sum of the forces that
+  // the bearing bears across the axis at its two ends, which are `bearing_length` (m) apart with
+  // the frame's origin in the middle; 0: at one place, and moments cause none. Of a rotation, times
+  // `bearing_radius` (m), and the force along the axis counts, too.
+  double friction_coefficient = 0, bearing_radius = 0, bearing_length = 0;
   double lower = -kUnbounded, upper = kUnbounded;  // m or rad, limits
   double limit_restitution = 0;  // speed after over speed before the impact at a limit
   double armature = 0;           // kg or kg m^2, inertia of a rotor geared to the joint

@@ -502,6 +502,15 @@ TEST_F(SceneTest, MistakesAreNamed) {
   EXPECT_THAT(set("motion_frames.lift.parent", "plate"), HasSubstr("unknown motion frame"));
   EXPECT_THAT(set("motion_frames.plate.free.joints.0.lower", "1 mm"), HasSubstr("leaves out 0"));
   EXPECT_THAT(set("motion_frames.plate.free.joints.0.lower", "1 deg"), HasSubstr("a length"));
+  EXPECT_THAT(set("motion_frames.plate.free.joints.0.bearing_length", "20 mm"),
+              HasSubstr("has no use; expected a friction_coefficient"));
+  EXPECT_THAT(set("motion_frames.plate.free.joints.0.friction_coefficient", "-0.1"),
+              HasSubstr("expected at least 0"));
+  EXPECT_EQ(set("motion_frames.plate.free.joints.0.friction_coefficient", "0.1"), "none");
+  EXPECT_THAT(
+      complaint(kHarvest, {{"motion_frames.plate.free.joints.0.friction_coefficient", "0.1"},
+                           {"motion_frames.plate.free.joints.0.bearing_radius", "3 mm"}}),
+      HasSubstr("expected a joint of the kind \"rotation\""));
   EXPECT_THAT(set("motion_frames.plate.free.density", "1 kg/m^3"),
               HasSubstr("expected one of mass and density"));
   EXPECT_THAT(set("stages.harvest.switch", "empty"), HasSubstr("unknown switch"));

@@ -3,7 +3,9 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
 
+#include "solver/dynamics/joint_loads.h"
 #include "validation/verification/fixtures/scenes.h"
 
 namespace firn {
@@ -166,6 +168,51 @@ TEST(FreeBody, StopTurnsTheMotionRoundByItsRestitution) {
   }
   EXPECT_GE(lowest, -0.05 - 1e-12);
   EXPECT_NEAR(fastest_up, 0.4 * std::sqrt(2 * kG * 0.05), 2e-3);
+}
+
+// The forces at both ends of a bearing, from the balance of forces and moments.
+double force_of_both_ends(const Vec3& axis, double length, const JointLoad& load) {
+  const Vec3 x = axis.unitOrthogonal(), y = axis.cross(x);
+  Eigen::Matrix4d balance;  // of the components of both ends along x and y
+  Eigen::Vector4d wanted;
+  int row = 0;
+  for (const Vec3& e : {x, y}) {
+    const auto force = [&](const Vec3& f) { return f.dot(e); };
+    const auto moment = [&](double at, const Vec3& f) { return (at * axis).cross(f).dot(e); };
+    balance.row(row) << force(x), force(y), force(x), force(y);
+    wanted[row++] = load.force.dot(e);
+    balance.row(row) << moment(length / 2, x), moment(length / 2, y), moment(-length / 2, x),
+        moment(-length / 2, y);
+    wanted[row++] = load.torque.dot(e);
+  }
+  const Eigen::Vector4d ends = balance.fullPivLu().solve(wanted);
+  return ends.head<2>().norm() + ends.tail<2>().norm();
+}
+
+TEST(FreeBody, FrictionOfABearingFollowsWhatItBears) {
+  std::mt19937 random(17);
+  std::uniform_real_distribution<double> any(-1, 1), positive(0.01, 1);
+  const auto vector = [&] { return Vec3(any(random), any(random), any(random)); };
+  for (int i = 0; i < 500; ++i) {
+    const Vec3 direction = vector().normalized();
+    const JointLoad load{10 * vector(), vector()};
+    Joint joint = i % 2 == 0 ? hinge(direction) : slider(direction);
+    joint.friction = positive(random);
+    EXPECT_EQ(friction_limit(joint, direction, load), joint.friction);
+    joint.friction_coefficient = positive(random);
+    joint.bearing_radius = joint.kind == Joint::Kind::rotation ? positive(random) : 0;
+    const double along = std::abs(load.force.dot(direction));
+    const auto expected = [&](double across) {
+      const double borne =
+          joint.kind == Joint::Kind::rotation ? joint.bearing_radius * (across + along) : across;
+      return joint.friction + joint.friction_coefficient * borne;
+    };
+    EXPECT_NEAR(friction_limit(joint, direction, load),
+                expected((load.force - load.force.dot(direction) * direction).norm()), 1e-12);
+    joint.bearing_length = positive(random);
+    EXPECT_NEAR(friction_limit(joint, direction, load),
+                expected(force_of_both_ends(direction, joint.bearing_length, load)), 1e-10);
+  }
 }
 
 TEST(FreeBody, TorqueFreeBodyKeepsItsMomentumAndEnergy) {

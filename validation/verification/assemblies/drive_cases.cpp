@@ -101,6 +101,112 @@ std::vector<Check> bearing() {
   return checks;
 }
 
+// Friction of bearings that follows what they bear.
+constexpr double kBearingStep = 1e-4;  // s
+
+// A wheel whose center is `overhang` from the middle of its bearing, along the axle, slows down.
+void add_wheel(double overhang, std::vector<Check>& checks) {
+  constexpr double kMass = 2, kInertia = 4e-3, kRate = 30, kFriction = 0.25, kRadius = 0.01;
+  constexpr double kLength = 0.1;
+  Model model = mechanism();
+  Joint axle = hinge(Vec3::UnitX());
+  axle.friction_coefficient = kFriction;
+  axle.bearing_radius = kRadius;
+  axle.bearing_length = kLength;
+  add_mover(model, "wheel", kMass, {overhang, 0, 0}, Vec3(kInertia, kInertia, kInertia), {axle});
+  model.timestep = kBearingStep;
+  Solver solver(model);
+  start_mover(solver, 0, {0}, {kRate});
+  run(solver, 5);
+  const FrameState::JointState now = solver.frames()[0].joints[0];
+  const double borne = kMass * kGravity * std::max(1.0, 2 * overhang / kLength);
+  const std::string scene = fmt::format("wheel {} mm off the middle: ", 1000 * overhang);
+  checks.push_back({scene + "angle to rest", now.coordinate,
+                    kInertia * kRate * kRate / (2 * kFriction * kRadius * borne), 1e-3,
+                    Bound::relative, "rad"});
+  checks.push_back({scene + "speed at rest", std::abs(now.rate), 0, 0, Bound::absolute, "rad/s"});
+}
+
+// A slide starts down a slope.
+void add_slide(double slope, double friction, std::vector<Check>& checks) {
+  constexpr double kSpeed = 1, kTime = 0.5;
+  Model model = mechanism();
+  Joint guide = slider({std::cos(slope), 0, -std::sin(slope)});
+  guide.friction_coefficient = friction;
+  add_mover(model, "slide", 0.7, Vec3::Zero(), Vec3::Constant(1e-3), {guide});
+  model.timestep = kBearingStep;
+  Solver solver(model);
+  start_mover(solver, 0, {0}, {kSpeed});
+  run(solver, kTime);
+  const double a = kGravity * (std::sin(slope) - friction * std::cos(slope));
+  const double until = a < 0 ? std::min(kTime, -kSpeed / a) : kTime;
+  checks.push_back(
+      {fmt::format("slope of {:.0f} degrees, friction {}: distance", slope / kDegToRad, friction),
+       solver.frames()[0].joints[0].coordinate, kSpeed * until + 0.5 * a * until * until, 1e-3,
+       Bound::relative, "m"});
+}
+
+// A bracket hangs on a vertical guide, its center beside it. It locks itself from a ratio of
+// 2 mu e / L = 1 on.
+double bracket_falls(double ratio, double time) {
+  constexpr double kFriction = 0.2, kLength = 0.05;
+  Model model = mechanism();
+  Joint guide = slider(-Vec3::UnitZ());
+  guide.friction_coefficient = kFriction;
+  guide.bearing_length = kLength;
+  add_mover(model, "bracket", 0.4, {ratio * kLength / (2 * kFriction), 0, 0}, Vec3::Constant(1e-3),
+            {guide});
+  model.timestep = kBearingStep;
+  Solver solver(model);
+  run(solver, time);
+  return solver.frames()[0].joints[0].coordinate;
+}
+
+// A cart with a wheel on it, a mechanism of two bodies, brakes by the friction of its guide.
+void add_cart(std::vector<Check>& checks) {
+  constexpr double kCart = 1.5, kWheel = 0.8, kInertia = 2e-3, kGuide = 0.15, kAxle = 0.3,
+                   kRadius = 0.006, kSpeed = 1.2, kRate = 5;
+  Model model = mechanism();
+  Joint guide = slider(Vec3::UnitX()), axle = hinge(Vec3::UnitY());
+  guide.friction_coefficient = kGuide;
+  axle.friction_coefficient = kAxle;
+  axle.bearing_radius = kRadius;
+  const int cart = add_mover(model, "cart", kCart, Vec3::Zero(), Vec3::Constant(0.01), {guide});
+  const Vec3 hub(0.05, 0, 0.1);
+  const int wheel = add_mover(model, "wheel", kWheel, hub, Vec3::Constant(kInertia), {axle}, hub);
+  model.frames[static_cast<std::size_t>(wheel)].parent = cart;
+  model.timestep = kBearingStep;
+  Solver solver(model);
+  start_mover(solver, cart, {0}, {kSpeed});
+  start_mover(solver, wheel, {0}, {kRate});
+  run(solver, 1.5);
+  const double braking = kGuide * kGravity;
+  checks.push_back({"cart: distance to rest", solver.frames()[0].joints[0].coordinate,
+                    kSpeed * kSpeed / (2 * braking), 1e-3, Bound::relative, "m"});
+  checks.push_back(
+      {"wheel on the cart: angle to rest", solver.frames()[1].joints[0].coordinate,
+       kInertia * kRate * kRate / (2 * kAxle * kRadius * kWheel * std::hypot(kGravity, braking)),
+       1e-3, Bound::relative, "rad"});
+}
+
+std::vector<Check> bearing_friction() {
+  std::vector<Check> checks;
+  for (const double overhang : {0.0, 0.03, 0.08}) add_wheel(overhang, checks);
+  add_slide(10 * kDegToRad, 0.5, checks);
+  add_slide(30 * kDegToRad, 0.2, checks);
+  add_slide(0, 0.3, checks);
+  constexpr double kTime = 0.2;
+  for (const double ratio : {1.02, 3.0})
+    checks.push_back({fmt::format("bracket with 2 mu e / L = {}: fall", ratio),
+                      bracket_falls(ratio, kTime), 0, 0, Bound::absolute, "m"});
+  for (const double ratio : {0.3, 0.9})
+    checks.push_back({fmt::format("bracket with 2 mu e / L = {}: fall", ratio),
+                      bracket_falls(ratio, kTime), 0.5 * kGravity * kTime * kTime, 0.02,
+                      Bound::relative, "m"});
+  add_cart(checks);
+  return checks;
+}
+
 // A rod on a spring lies on a guide that moves: it sticks, slips back, and sticks again.
 struct StickSlip {
   double static_friction, dynamic_friction, speed;  // m/s, of the guide
@@ -227,7 +333,15 @@ std::vector<VerificationCase> drive_cases() {
        .reference = "m (r w^2 + g cos a) along the arm, m (r w' + g sin a) across it, no moment "
                     "about the hinge",
        .remark = "From changes of the momenta, means of 20 steps.",
-       .run = bearing}};
+       .run = bearing},
+      {.name = "machine.bearing_friction",
+       .title = "Friction of bearings that follows their load",
+       .reference =
+           "torque mu r m g max(1, 2 s / L) with the center s from the middle; a slide's "
+           "g (sin a - mu cos a); a bracket locks where 2 mu e / L >= 1, else falls freely",
+       .remark = "The load is that of the step before: a bracket below the limit is let go within "
+                 "some steps.",
+       .run = bearing_friction}};
 }
 
 }  // namespace firn::verification
