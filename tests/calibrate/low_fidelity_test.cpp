@@ -148,14 +148,30 @@ TEST(LowFidelity, ExploresAndTheCaseItselfConfirms) {
   EXPECT_THAT(s.table, HasSubstr("Low fidelity: coarse = 1"));
   const std::string runs = read_text(folder / "out/runs.csv");
   EXPECT_THAT(runs, HasSubstr(",low fidelity: design,"));
-  EXPECT_THAT(read_text(folder / "out/fitted_response.svg"),
-              HasSubstr("low fidelity, less its bias"));
   EXPECT_THAT(runs, testing::Not(HasSubstr("low fidelity: confirm")));
   EXPECT_THAT(runs, testing::Not(HasSubstr("low fidelity: valley")));
   // Again in the same folder: nothing is simulated twice, and nothing changes.
   FakeExperiment never(simulated);
   EXPECT_EQ(run_study(file, folder / "out", never).json, s.json);
   EXPECT_EQ(never.runs, 0);
+}
+
+TEST(LowFidelity, IsMarkedInTheFittedResponse) {
+  const Folder folder("low-drawn");
+  const auto legend_of = [&](const std::string& more) {
+    FakeExperiment experiment(simulated);
+    StudyOptions options;
+    options.study_file = folder.write("study.toml", friction_study(target + more, "runs = 40\n"));
+    options.directory = folder / "out" + std::to_string(more.size());
+    options.show_progress = false;
+    options.replace_executor = &experiment;
+    calibrate(options);
+    return read_text(options.directory + "/fitted_response.svg");
+  };
+  EXPECT_THAT(legend_of(low), HasSubstr("low fidelity, less its bias"));
+  const std::string plain = legend_of("");
+  EXPECT_THAT(plain, HasSubstr("simulated: mean over seeds"));
+  EXPECT_THAT(plain, testing::Not(HasSubstr("low fidelity")));
 }
 
 TEST(LowFidelity, ALargeBiasDoesNotMoveTheAnswer) {
