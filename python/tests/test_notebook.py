@@ -1,4 +1,4 @@
-"""The notebook of the drained calibration, with 100 cubes of softer ice in a small box."""
+"""The notebook of the drained calibration, with 60 cubes of softer ice in a small box."""
 
 import pathlib
 import re
@@ -8,7 +8,7 @@ from notebook import execute, pictures_of, text_of
 
 NOTEBOOK = SOURCE / "examples" / "python" / "drained_calibration.ipynb"
 
-SMALL = {r"^count = 880": "count = 100", r"^box = .*": 'box = "12 3 10 in"',
+SMALL = {r"^count = 880": "count = 60", r"^box = .*": 'box = "12 3 10 in"',
          r"^door_width = .*": 'door_width = "4 in"', r'^young_modulus = "0.01 GPa"': 'young_modulus = "0.001 GPa"',
          r'^pour_height = .*': 'pour_height = "0.4 m"'}
 
