@@ -177,7 +177,7 @@ void read_profile(const TomlTable& t, const std::string& kind, Motion& m) {
 void read_bearing(const TomlTable& t, Joint& axis) {
   const bool turns = axis.kind == Joint::Kind::rotation, has = t.has("friction_coefficient");
   for (const char* key : {"bearing_radius", "bearing_length"})
-    if (!has && t.has(key)) t.fail(key, "has no use; expected a friction_coefficient beside it");
+    if (!has && t.has(key)) t.fail(key, "has no use; expected a friction_coefficient with it");
   if (!has) return;
   axis.friction_coefficient = t.number("friction_coefficient");
   if (!(axis.friction_coefficient >= 0))

@@ -146,7 +146,7 @@ void add_slide(double slope, double friction, std::vector<Check>& checks) {
        Bound::relative, "m"});
 }
 
-// A bracket hangs on a vertical guide, its center beside it. It locks itself from a ratio of
+// A bracket on a vertical guide, its center at a lateral offset. It locks itself from a ratio of
 // 2 mu e / L = 1 on.
 double bracket_falls(double ratio, double time) {
   constexpr double kFriction = 0.2, kLength = 0.05;
