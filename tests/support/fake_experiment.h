@@ -35,7 +35,8 @@ class FakeExperiment : public Executor {
   ResolvedCase resolve(const std::string&, const std::vector<Override>& overrides,
                        const MaterialRequest&) override {
     std::string text;
-    for (const auto& [key, value] : overrides) text.append(key).append(" = ").append(value).append("\n");
+    for (const auto& [key, value] : overrides)
+      text.append(key).append(" = ").append(value).append("\n");
     return {text, case_identity(text)};
   }
 
