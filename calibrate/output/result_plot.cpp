@@ -188,6 +188,7 @@ void print_levels(Out& out, const Scene& s) {
 void print_numbers(Out& out, const Scene& s) {
   const std::vector<Mark> marks = marks_of(s);
   std::vector<VectorXd> taken;
+  taken.reserve(marks.size() + s.result.ridge.size());
   for (const Mark& mark : marks) taken.push_back(mark.u);
   for (const CheckedSet& member : s.result.ridge)
     taken.push_back(to_unit(s.study.parameters, member.values));

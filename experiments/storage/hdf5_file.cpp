@@ -71,7 +71,7 @@ Handle file_access() {
   cache.decr_mode = H5C_decr__off;
   check(H5Pset_mdc_config(list.id(), &cache), "set the cache");
   // Together in the file, so that a flush is a few large writes.
-  check(H5Pset_meta_block_size(list.id(), 64 * 1024), "set the block size");
+  check(H5Pset_meta_block_size(list.id(), hsize_t{64} * 1024), "set the block size");
   return list;
 }
 
@@ -444,6 +444,7 @@ void File::write_strings(const std::string& path, const std::vector<std::string>
                   "create " + path);
   }
   std::vector<const char*> text;
+  text.reserve(values.size());
   for (const std::string& s : values) text.push_back(s.c_str());
   if (text.empty()) return;
   check(H5Dwrite(dataset.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()),
@@ -458,7 +459,7 @@ void File::write_bytes(const std::string& path, std::span<const std::byte> bytes
     const hsize_t extent = std::max(shape_of(dataset.id()).at(0), bytes.size());
     check(H5Dset_extent(dataset.id(), &extent), "resize " + path);
   } else {
-    const hsize_t extent = bytes.size(), unlimited = H5S_UNLIMITED, chunk = 256 * 1024;
+    const hsize_t extent = bytes.size(), unlimited = H5S_UNLIMITED, chunk = hsize_t{256} * 1024;
     const Handle space = own(H5Screate_simple(1, &extent, &unlimited), "make a dataspace");
     const Handle layout = own(H5Pcreate(H5P_DATASET_CREATE), "make a property list");
     check(H5Pset_chunk(layout.id(), 1, &chunk), "set the chunks");

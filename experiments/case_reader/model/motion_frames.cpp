@@ -317,7 +317,7 @@ Motion read_motion(const TomlTable& t, std::initializer_list<std::string_view> a
   std::vector<std::string_view> keys{"kind", "start", "stop", "period"};
   if (turns) keys.insert(keys.end(), {"axis", "center"});
   if (!turns && !steady) keys.push_back("direction");
-  if (steady) keys.push_back(turns ? "angular_velocity" : "velocity");
+  if (steady) keys.emplace_back(turns ? "angular_velocity" : "velocity");
   if (kind.ends_with("ramp")) keys.insert(keys.end(), {"from", "to", "ramp_time"});
   if (kind.ends_with("table"))
     keys.insert(keys.end(), {"times", "positions", "file", "time_column", "position_column"});
@@ -365,6 +365,7 @@ Motor read_motor(const TomlTable& t, Joint::Kind kind,
 
 int frame_index(const TomlTable& t, std::string_view key, const std::vector<MotionFrame>& frames) {
   std::vector<std::string_view> names;
+  names.reserve(frames.size());
   for (const MotionFrame& f : frames) names.push_back(f.name);
   return index_of(t, key, t.string(key), names, "motion frame");
 }
