@@ -496,7 +496,7 @@ void CrashTest::meet_faults_of(const std::vector<std::string>& command, int trie
 
 TEST_F(CrashTest, BatchesWhoseWritesFailSaySoAndContinue) {
   if (!io_shim_works()) GTEST_SKIP() << "not into a program with the thread sanitizer";
-  for (const auto& command : batches()) meet_faults_of(command, 3, 5);
+  for (const auto& command : batches()) meet_faults_of(command, 4, 5);
 }
 
 // In pieces that each end within the time limit of a test: failing writes of a batch, by its
