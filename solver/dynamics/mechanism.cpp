@@ -286,9 +286,8 @@ struct Mechanism::Impl {
       const Joint& one = joint_at(i);
       const auto at = static_cast<Eigen::Index>(i);
       std::vector<BoundedImpulse>& impulses = all[i];
-      const Vec3 axis = s.ground * (axes_of_parent(f) * one.direction);
-      if (const double friction = friction_limit(one, axis, s.bearings[f]); friction > 0)
-        impulses.push_back({0, h * friction, -h * friction, nullptr});
+      const double friction = friction_limit(one, world_axis(s, f, one), s.bearings[f]);
+      if (friction > 0) impulses.push_back({0, h * friction, -h * friction, nullptr});
       for (const Motor* motor : s.motors[f][k]) {
         if (!motor->acts(s.time)) continue;
         impulses.push_back({motor_target_rate(*motor, q[at], s.dt, half),
@@ -396,7 +395,7 @@ struct Mechanism::Impl {
       if (tie.loop < 0) {
         const auto [f, k] = joint[static_cast<std::size_t>(tie.coordinate_b)];
         const Joint& one = frames[f]->free->joints[k];
-        const Vec3 axis = s.ground * (axes_of_parent(f) * one.direction) * multipliers[row++];
+        const Vec3 axis = world_axis(s, f, one) * multipliers[row++];
         (one.kind == Joint::Kind::rotation ? load.torque : load.force) = axis;
         continue;
       }
@@ -417,6 +416,10 @@ struct Mechanism::Impl {
       load = {s.ground * force, s.ground * torque};
     }
     return out;
+  }
+  // Of a joint of frame f, where the tree is placed.
+  Vec3 world_axis(const MechanismState& s, std::size_t f, const Joint& one) const {
+    return s.ground * (axes_of_parent(f) * one.direction);
   }
   Mat3 axes_of_parent(std::size_t f) const {
     const int above = parent_body[f];
