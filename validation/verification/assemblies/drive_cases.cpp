@@ -189,6 +189,35 @@ void add_cart(std::vector<Check>& checks) {
        1e-3, Bound::relative, "rad"});
 }
 
+// A slide on a radial guide that turns about a vertical axis without gravity: r'' = w^2 r - 2 mu w
+// r'.
+void add_turning_guide(double friction, std::vector<Check>& checks) {
+  constexpr double kSpeed = 6, kStart = 0.1, kTime = 0.3;
+  Model model = mechanism();
+  model.gravity.setZero();
+  MotionFrame table;
+  table.name = "table";
+  Motion turn;
+  turn.kind = Motion::Kind::rotation;
+  turn.axis = Vec3::UnitZ();
+  turn.angular_speed = kSpeed;
+  table.motions = {turn};
+  model.frames.push_back(table);
+  Joint guide = slider(Vec3::UnitX());
+  guide.friction_coefficient = friction;
+  const Vec3 place(kStart, 0, 0);
+  const int slide = add_mover(model, "slide", 0.5, place, Vec3::Constant(1e-4), {guide}, place);
+  model.frames[static_cast<std::size_t>(slide)].parent = 0;
+  model.timestep = kBearingStep;
+  Solver solver(model);
+  const double growth = kSpeed * (std::sqrt(1 + friction * friction) - friction);  // 1/s
+  start_mover(solver, slide, {0}, {growth * kStart});
+  run(solver, kTime);
+  checks.push_back({fmt::format("turning guide, friction {}: distance", friction),
+                    kStart + solver.frames()[static_cast<std::size_t>(slide)].joints[0].coordinate,
+                    kStart * std::exp(growth * kTime), 2e-3, Bound::relative, "m"});
+}
+
 std::vector<Check> bearing_friction() {
   std::vector<Check> checks;
   for (const double overhang : {0.0, 0.03, 0.08}) add_wheel(overhang, checks);
@@ -204,6 +233,7 @@ std::vector<Check> bearing_friction() {
                       bracket_falls(ratio, kTime), 0.5 * kGravity * kTime * kTime, 0.02,
                       Bound::relative, "m"});
   add_cart(checks);
+  for (const double friction : {0.0, 0.2, 0.7}) add_turning_guide(friction, checks);
   return checks;
 }
 
@@ -338,7 +368,8 @@ std::vector<VerificationCase> drive_cases() {
        .title = "Friction of bearings that follows their load",
        .reference =
            "torque mu r m g max(1, 2 s / L) with the center s from the middle; a slide's "
-           "g (sin a - mu cos a); a bracket locks where 2 mu e / L >= 1, else falls freely",
+           "g (sin a - mu cos a); a bracket locks where 2 mu e / L >= 1, else falls freely; "
+           "r'' = w^2 r - 2 mu w r' on a guide that turns",
        .remark = "The load is that of the step before: a bracket below the limit is let go within "
                  "some steps.",
        .run = bearing_friction}};
