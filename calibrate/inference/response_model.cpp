@@ -124,25 +124,27 @@ double ResponseModel::run_variance(const VectorXd& u, double mean) const {
              : widened_variance(local_noise.factor(u) * pooled, local_noise.freedom(u));
 }
 
-double NoiseModel::at(double level) const { return relative ? sd * std::abs(level) : sd; }
+double NoiseModel::at(double level) const {
+  return std::sqrt((1 - relative_probability) * constant_sd * constant_sd +
+                   relative_probability * std::pow(relative_sd * level, 2));
+}
 
 std::optional<NoiseModel> pool_noise(const std::vector<Sample>& samples) {
-  NoiseModel constant;
+  NoiseModel noise;
   bool positive = true;
   for (const Sample& s : samples)
     if (s.count >= 2) {
-      constant.degrees_of_freedom += s.count - 1;
+      noise.degrees_of_freedom += s.count - 1;
       positive = positive && s.mean > 0;
     }
-  if (constant.degrees_of_freedom == 0) return std::nullopt;
-  constant.sd = pooled_sd(samples, false, constant.degrees_of_freedom);
-  if (!positive || constant.sd == 0) return constant;
-  NoiseModel relative = constant;
-  relative.relative = true;
-  relative.sd = pooled_sd(samples, true, constant.degrees_of_freedom);
-  return log_likelihood(samples, true, relative.sd) > log_likelihood(samples, false, constant.sd)
-             ? relative
-             : constant;
+  if (noise.degrees_of_freedom == 0) return std::nullopt;
+  noise.constant_sd = pooled_sd(samples, false, noise.degrees_of_freedom);
+  if (!positive || noise.constant_sd == 0) return noise;
+  noise.relative_sd = pooled_sd(samples, true, noise.degrees_of_freedom);
+  const double gain = log_likelihood(samples, true, noise.relative_sd) -
+                      log_likelihood(samples, false, noise.constant_sd);
+  noise.relative_probability = 1 / (1 + std::exp(-gain));
+  return noise;
 }
 
 std::optional<NoiseModel> pool_noise(const std::vector<Sample>& samples,
@@ -156,8 +158,8 @@ std::optional<NoiseModel> pool_noise(const std::vector<Sample>& samples,
   if (!alone || !together) return together;
   const int freedom = alone->degrees_of_freedom, more = together->degrees_of_freedom - freedom;
   if (more == 0) return alone;
-  const double own = pooled_sd(samples, together->relative, freedom),
-               other = pooled_sd(others, together->relative, more);
+  const double own = pooled_sd(samples, together->is_relative(), freedom),
+               other = pooled_sd(others, together->is_relative(), more);
   if (!(own > 0) || !(other > 0)) return own == other ? together : alone;
   const double ratio = std::pow(own / other, 2);
   if (!std::isfinite(ratio)) return alone;

@@ -16,14 +16,18 @@
 namespace firn {
 
 // Standard deviation of one run about the mean over seeds, pooled over all points that have
-// several.
+// several. Either it is constant, or it is a fraction of the response: few seeds hardly distinguish
+// the two, so that both are averaged by their probabilities, which are equal before the data.
 struct NoiseModel {
-  bool relative = false;  // sd is a fraction of the response, else in its unit
-  double sd = 0;
+  double constant_sd = 0;           // unit of the response
+  double relative_sd = 0;           // fraction of the response
+  double relative_probability = 0;  // 0 where the response is not positive
   int degrees_of_freedom = 0;
-  double at(double level) const;
+
+  bool is_relative() const { return relative_probability > 0.5; }
+  double at(double level) const;  // root mean square over both, unit of the response
 };
-// The better of a constant and a relative spread by likelihood. Nothing without two runs anywhere.
+// Nothing without two runs anywhere.
 std::optional<NoiseModel> pool_noise(const std::vector<Sample>& samples);
 // The same of two sets together, where the spreads of both agree (Fisher's distribution, at 1 %);
 // else of the first alone.

@@ -70,7 +70,9 @@ Document::Model model_of(const ResponseModel& m) {
   d.points = m.samples.size();
   d.largest_leave_one_out_z = m.largest_leave_one_out_z;
   d.passes_cross_validation = m.passes_cross_validation();
-  d.seed_noise = {m.noise.sd, m.noise.relative, m.noise.degrees_of_freedom,
+  const bool relative = m.noise.is_relative();
+  d.seed_noise = {relative ? m.noise.relative_sd : m.noise.constant_sd, relative,
+                  m.noise.relative_probability, m.noise.degrees_of_freedom,
                   m.local_noise.uniform()};
   return d;
 }

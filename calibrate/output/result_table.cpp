@@ -128,8 +128,9 @@ void print_models(Out& out, const Study& study, const CalibrationResult& a) {
           "  {:<{}} {} points, {}; seed sd {:.2g}{} ({} degrees of freedom); leave-one-out |z| "
           "at most {:.1f}\n",
           m.response.label, label_width(study), m.samples.size(),
-          m.surrogate.best.form().describe(), m.noise.relative ? 100 * m.noise.sd : m.noise.sd,
-          m.noise.relative ? " %" : unit_suffix(m.unit), m.noise.degrees_of_freedom,
+          m.surrogate.best.form().describe(),
+          m.noise.is_relative() ? 100 * m.noise.relative_sd : m.noise.constant_sd,
+          m.noise.is_relative() ? " %" : unit_suffix(m.unit), m.noise.degrees_of_freedom,
           m.largest_leave_one_out_z);
     if (!m.local_noise.uniform())
       print(out,

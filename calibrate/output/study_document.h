@@ -473,13 +473,15 @@ struct StudyDocument {
   struct Model {
     struct SeedNoise {
       double sd = 0;
-      bool relative = false;
+      bool relative = false;  // the likelier of both; sd is then a fraction of the response
+      double relative_probability = 0;
       int degrees_of_freedom = 0;
       bool uniform = true;
       template <class Fields>
       void fields(Fields& f) {
         f.required("sd", sd);
         f.added("relative", relative);
+        f.added("relative_probability", relative_probability);
         f.added("degrees_of_freedom", degrees_of_freedom);
         f.added("uniform", uniform);
       }

@@ -239,13 +239,13 @@ TEST(Choices, AreRefusedWithOneLine) {
       {"choices = [1, 2]\nprior = [0.5, \"x\"]\n", "", "prior: \""},
       {"choices = [1, 2]\nprior = [nan, 0.5]\n", "", "prior: "},
       {"choices = [1, 2]\n", "[[parameters]]\nname = \"m\"\nkeys = [\"m\"]\nchoices = [1, 2]\n",
-       "stands for \"law\", too; expected one parameter with choices at most"},
+       "is given for \"law\" already; expected at most one parameter with choices"},
       {"choices = [1, 2]\n", "[[parameters]]\nname = \"law\"\nkeys = [\"m\"]\nmin = 0\nmax = 1\n",
        "used twice"},
       {"choices = [1, 2]\n", "[[parameters]]\nname = \"m\"\nkeys = [\"law\"]\nmin = 0\nmax = 1\n",
        "bound twice"},
       {"choices = [1, 2]\n", "[[compare]]\nname = \"c\"\nvalues = { a = 0.5 }\n",
-       "stands in a study of a parameter with choices; expected no [[compare]]"},
+       "is given in a study of a parameter with choices; expected no [[compare]]"},
       {"choices = [1, 2]\n", "[direct]\nsearch = \"crs\"\nevaluations = 20\n",
        "takes no parameter with choices"},
       {"choices = [1, 2]\n", "[[constraints]]\nrule = \"law <= a\"\n", "law"},
@@ -286,8 +286,8 @@ TEST(Noise, OfTwoSetsIsPooledWhereItAgrees) {
   const auto together = pool_noise(quiet, alike), apart = pool_noise(quiet, loud);
   EXPECT_EQ(together->degrees_of_freedom, 60);
   EXPECT_EQ(apart->degrees_of_freedom, 30);
-  EXPECT_EQ(apart->sd, pool_noise(quiet)->sd);
-  EXPECT_EQ(pool_noise(quiet, std::vector<Sample>{})->sd, pool_noise(quiet)->sd);
+  EXPECT_EQ(apart->constant_sd, pool_noise(quiet)->constant_sd);
+  EXPECT_EQ(pool_noise(quiet, std::vector<Sample>{})->constant_sd, pool_noise(quiet)->constant_sd);
   EXPECT_EQ(pool_noise(std::vector<Sample>{}, quiet)->degrees_of_freedom, 30);
 }
 

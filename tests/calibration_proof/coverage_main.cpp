@@ -26,7 +26,7 @@ using Values = std::vector<double>;
 struct CoverageCounts {
   int studies = 0, region_95 = 0, region_68 = 0, ideal_95 = 0, ideal_68 = 0, intervals = 0;
   int parameters = 0, infeasible = 0, ideal_infeasible = 0, unconfirmed = 0, confirmed_values = 0;
-  int combinations = 0, far_off = 0, predictions = 0;
+  int combinations = 0, far_off = 0, predictions = 0, confirmed_far_off = 0;
   double log_width = 0, confirmed_z2 = 0, model_z2 = 0, cost = 0;
 };
 
@@ -89,8 +89,10 @@ void judge_study(const CoveredProblem& p, const VectorXd& truth_u, const Values&
   for (const CoveredResponse& r : p.responses) {
     const json& o = j["estimate"]["simulated"][r.name];
     if (o["value"].is_null() || !(o["standard_error"].get<double>() > 0)) continue;
-    t.confirmed_z2 += std::pow(
-        (o["value"].get<double>() - r.mean(answer)) / o["standard_error"].get<double>(), 2);
+    const double z =
+        (o["value"].get<double>() - r.mean(answer)) / o["standard_error"].get<double>();
+    t.confirmed_z2 += z * z;
+    t.confirmed_far_off += std::abs(z) > 2;
     ++t.confirmed_values;
   }
 }
@@ -116,13 +118,14 @@ void print_row(const std::string& name, const CoverageCounts& t) {
   };
   const auto ratio = [](double z2, int of) { return std::sqrt(z2 / std::max(1, of)); };
   fmt::print(
-      "| {} | {} | {} | {} | {} | {} | {} | {:.2f} | {} of {} | {} ({}) | {} | {:.2f} | {:.2f} | "
-      "{:.0f} |\n",
+      "| {} | {} | {} | {} | {} | {} | {} | {:.2f} | {} of {} | {} ({}) | {} | {:.2f} | "
+      "{} of {} | {:.2f} | {:.0f} |\n",
       name, t.studies, share(t.region_95, t.studies), share(t.ideal_95, t.studies),
       share(t.region_68, t.studies), share(t.ideal_68, t.studies), share(t.intervals, t.parameters),
       std::exp(t.log_width / std::max(1, t.parameters)), t.far_off, t.combinations, t.infeasible,
       t.ideal_infeasible, t.unconfirmed, ratio(t.confirmed_z2, t.confirmed_values),
-      ratio(t.model_z2, t.predictions), t.cost / std::max(1, t.studies));
+      t.confirmed_far_off, t.confirmed_values, ratio(t.model_z2, t.predictions),
+      t.cost / std::max(1, t.studies));
   std::fflush(stdout);
 }
 
@@ -132,7 +135,8 @@ void add(CoverageCounts& sum, const CoverageCounts& t) {
         &CoverageCounts::ideal_95, &CoverageCounts::ideal_68, &CoverageCounts::intervals,
         &CoverageCounts::parameters, &CoverageCounts::infeasible, &CoverageCounts::ideal_infeasible,
         &CoverageCounts::unconfirmed, &CoverageCounts::confirmed_values,
-        &CoverageCounts::combinations, &CoverageCounts::far_off, &CoverageCounts::predictions})
+        &CoverageCounts::combinations, &CoverageCounts::far_off, &CoverageCounts::predictions,
+        &CoverageCounts::confirmed_far_off})
     sum.*n += t.*n;
   for (double CoverageCounts::*x : {&CoverageCounts::log_width, &CoverageCounts::confirmed_z2,
                                     &CoverageCounts::model_z2, &CoverageCounts::cost})
@@ -169,8 +173,9 @@ int main(int argc, char** argv) {
     fmt::print(
         "| problem, truth | studies | 95 % region | of the ideal | 68 % region | of the ideal | "
         "95 % intervals | width over ideal | determined off by > 2u | infeasible (ideal) | "
-        "unconfirmed | confirmed error over stated | model error over stated | cost |\n"
-        "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+        "unconfirmed | confirmed error over stated | off by > 2 sd | model error over stated | "
+        "cost |\n"
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
     CoverageCounts all;
     for (int i = from; i < static_cast<int>(problems.size()) && i <= to; ++i) {
       const CoveredProblem& p = problems[static_cast<std::size_t>(i)];

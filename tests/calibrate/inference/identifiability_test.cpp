@@ -152,17 +152,44 @@ TEST(Identify, SplittingPointsLieInTheValleyAndApart) {
   EXPECT_GT((points[0] - points[1]).norm(), 0.3);
 }
 
+// Root mean square of both kinds of spread at `level`.
+double average(const NoiseModel& noise, double level) {
+  const double p = noise.relative_probability;
+  return std::sqrt((1 - p) * std::pow(noise.constant_sd, 2) +
+                   p * std::pow(noise.relative_sd * level, 2));
+}
+
 TEST(Noise, PoolsOverPointsAndNoticesThatItGrowsWithTheResponse) {
   // By hand: squares 2 x 0.5^2 and 2 x 1.5^2 over 2 degrees of freedom.
   const auto constant = pool_noise({sample({9.5, 10.5}), sample({8.5, 11.5}), sample({3})});
   ASSERT_TRUE(constant);
   EXPECT_EQ(constant->degrees_of_freedom, 2);
-  EXPECT_FALSE(constant->relative);
-  EXPECT_NEAR(constant->sd, std::sqrt((0.5 + 4.5) / 2), 1e-12);
+  EXPECT_NEAR(constant->constant_sd, std::sqrt((0.5 + 4.5) / 2), 1e-12);
+  EXPECT_NEAR(constant->relative_sd, std::sqrt((0.5 + 4.5) / 2) / 10, 1e-12);
+  // Both points have the same mean: they do not distinguish the two.
+  EXPECT_NEAR(constant->relative_probability, 0.5, 1e-12);
+  EXPECT_NEAR(constant->at(10), constant->constant_sd, 1e-12);
+  EXPECT_NEAR(constant->at(20), average(*constant, 20), 1e-12);
+  // By hand: squares 0.02, 2 and 200 about means of 1, 10 and 100.
   const auto relative = pool_noise({sample({0.9, 1.1}), sample({9, 11}), sample({90, 110})});
-  EXPECT_TRUE(relative->relative);
-  EXPECT_NEAR(relative->at(50), 50 * 0.1 * std::sqrt(2), 1e-9);
+  EXPECT_TRUE(relative->is_relative());
+  EXPECT_NEAR(relative->relative_sd, 0.1 * std::sqrt(2), 1e-12);
+  EXPECT_NEAR(relative->constant_sd, std::sqrt(202.02 / 3), 1e-12);
+  const double likelihood_ratio = std::sqrt(std::pow(202.02 / 3, 3) / (0.02 * 2 * 200));
+  EXPECT_NEAR(relative->relative_probability, likelihood_ratio / (1 + likelihood_ratio), 1e-12);
+  EXPECT_GT(relative->relative_probability, 0.99);
+  EXPECT_NEAR(relative->at(50), average(*relative, 50), 1e-12);
   EXPECT_FALSE(pool_noise({sample({1}), sample({2})}));
+  // A response that may be negative has no relative spread.
+  EXPECT_EQ(pool_noise({sample({-1, 1}), sample({9, 11})})->relative_probability, 0);
+}
+
+// A few points that look proportional by chance do not make the noise vanish at small responses.
+TEST(Noise, StaysWhereTheResponseIsSmall) {
+  const auto noise = pool_noise({sample({4.8, 5.2}), sample({9.4, 10.6})});
+  ASSERT_TRUE(noise);
+  EXPECT_GT(noise->relative_probability, 0.5);
+  EXPECT_GT(noise->at(0.5), 0.3 * noise->constant_sd);
 }
 
 TEST(Noise, ArchedRunsAreAFractionOfTheirNeighborhood) {
