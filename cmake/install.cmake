@@ -3,8 +3,11 @@ include(GNUInstallDirs)
 install(TARGETS firn RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 # Where experiments/meshes/mesh_program.cpp searches for them.
 install(TARGETS firn-repair-mesh firn-unite-mesh RUNTIME DESTINATION libexec/firn)
-install(FILES LICENSE README.md CHANGELOG.md SECURITY.md CITATION.cff DESTINATION ${CMAKE_INSTALL_DOCDIR})
-install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs FILES_MATCHING PATTERN "*.md" PATTERN "*.png")
+install(FILES LICENSE README.md CHANGELOG.md CONTRIBUTING.md SECURITY.md CITATION.cff cmake/copyright
+  DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY LICENSES DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs
+  FILES_MATCHING PATTERN "*.md" PATTERN "*.png" PATTERN "*.svg")
 install(FILES scripts/bash-completion DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME firn)
 # Shipped cases, to be copied and run.
 install(DIRECTORY cases/ DESTINATION ${CMAKE_INSTALL_DATADIR}/firn/cases
@@ -22,10 +25,9 @@ if(HELP2MAN)
     endif()
     set(page ${PROJECT_BINARY_DIR}/man/${name}.1)
     add_custom_command(OUTPUT ${page}
-      COMMAND ${CMAKE_COMMAND} -E make_directory ${PROJECT_BINARY_DIR}/man
-      COMMAND ${HELP2MAN} --no-info --no-discard-stderr --name=${name} --version-string=${PROJECT_VERSION}
-              --output=${page} "$<TARGET_FILE:firn> ${command}"
-      DEPENDS firn VERBATIM)
+      COMMAND ${CMAKE_COMMAND} -DHELP2MAN=${HELP2MAN} -DFIRN=$<TARGET_FILE:firn> -DCOMMAND=${command} -DNAME=${name}
+              -DVERSION=${PROJECT_VERSION} -DPAGE=${page} -P ${PROJECT_SOURCE_DIR}/cmake/manual_page.cmake
+      DEPENDS firn ${PROJECT_SOURCE_DIR}/cmake/manual_page.cmake VERBATIM)
     list(APPEND man_pages ${page})
   endforeach()
   add_custom_target(man DEPENDS ${man_pages})

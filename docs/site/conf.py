@@ -31,15 +31,27 @@ def all_pages():
     return [file.relative_to(ROOT).with_suffix("").as_posix() for file in files]
 
 
+def links(section):
+    """Names of the linked pages in their order, each with its anchor or ""."""
+    found = re.findall(r"\]\(([^)#]+\.md)(#[^)]*)?\)", section)
+    return [((ROOT / "docs" / page).resolve().relative_to(ROOT).with_suffix("").as_posix(), anchor)
+            for page, anchor in found]
+
+
 def navigation(text):
-    """Hidden toctrees: one for each section of docs/README.md, with the pages in the order of their first link."""
+    """Hidden toctrees: one for each section of docs/README.md, with the pages in the order of their first link.
+
+    A page of the reference belongs there, although how-to guides link to it first. Links to a part of a page
+    do not count for this.
+    """
+    sections = {section.partition("\n")[0].partition(":")[0]: links(section)
+                for section in re.split(r"^## ", text, flags=re.M)[1:]}
+    reference = {name for name, anchor in sections["Reference"] if not anchor}
     seen, trees = set(), []
-    for section in re.split(r"^## ", text, flags=re.M)[1:]:
-        caption = section.partition("\n")[0].partition(":")[0]
+    for caption, linked in sections.items():
         pages = []
-        for page in re.findall(r"\]\(([^)#]+\.md)", section):
-            name = (ROOT / "docs" / page).resolve().relative_to(ROOT).with_suffix("").as_posix()
-            if name not in seen:
+        for name, _ in linked:
+            if name not in seen and (caption == "Reference" or name not in reference):
                 seen.add(name)
                 pages.append("/" + name)
         if pages:
