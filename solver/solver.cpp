@@ -71,9 +71,9 @@ void resize(const Model& model, State& s) {
   s.orientation.resize(n + b, Quat::Identity());
   s.angular_momentum.resize(n, Vec3::Zero());
   s.load.resize(n);
-  s.path.resize(n + b, 0);
-  s.turn.resize(n + b, 0);
-  s.margin.resize(n + b, 0);
+  s.translation_bound.resize(n + b, 0);
+  s.rotation_bound.resize(n + b, 0);
+  s.skin.resize(n + b, 0);
   s.rebuild_distance.resize(n + b, 0);
   s.presence.resize(n, Presence::pending);
   s.peak_normal_force.resize(n, 0);

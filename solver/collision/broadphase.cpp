@@ -19,8 +19,8 @@ std::uint64_t cell_key(std::int64_t x, std::int64_t y, std::int64_t z) {
   return static_cast<std::uint64_t>(((x + kOffset) << 42) | ((y + kOffset) << 21) | (z + kOffset));
 }
 
-// Boxes in order of their cells. They come along themselves, so that neighbors in space are
-// neighbors in memory, with their numbers in the fourth places.
+// Boxes in the order of their cells. The list stores copies of the boxes, so that neighbors in
+// space are neighbors in memory. The fourth component holds the number of the box.
 struct CellList {
   struct Entry {
     Vec4 lower, upper;  // upper.w: the box's number
@@ -29,8 +29,8 @@ struct CellList {
   std::vector<Entry> boxes;
 };
 
-// Cells are as large as the largest box, and along z a quarter of that: of the boxes in a row,
-// fewer are too far away.
+// Cells are as large as the largest box, and a quarter of that along z. With smaller cells along z,
+// a row contains fewer boxes that are too far away.
 constexpr std::int64_t kFine = 4;
 
 CellList sort_into_cells(const std::vector<Aabb>& boxes, int threads) {
@@ -96,16 +96,17 @@ void walk_cells(const std::vector<std::uint64_t>& keys, std::size_t begin, std::
   }
 }
 
-// Boxes of higher number that meet one box. Branch-free: the outcome is unpredictable.
-class MeetingBoxes {
+// Finds the boxes of higher number that overlap one box. Branch-free: the outcome is unpredictable.
+class OverlapQuery {
  public:
-  explicit MeetingBoxes(const CellList::Entry& one) {
+  explicit OverlapQuery(const CellList::Entry& one) {
     get(&one.lower, lower_);
     get(&one.upper, upper_);
     lower_[3] = upper_[3] + 0.5;
     upper_[3] = 0;
   }
-  // Writes their numbers, and one more that is of no meaning; returns how many they are.
+  // Writes their numbers and returns the count. The element after the last number is overwritten,
+  // too.
   std::size_t find(const CellList::Entry* begin, const CellList::Entry* end,
                    std::int32_t* found) const {
     std::size_t many = 0;
@@ -136,13 +137,13 @@ AabbOverlaps find_aabb_overlaps(const std::vector<Aabb>& boxes, int threads) {
         std::vector<std::int32_t>& found = out.found_[task];
         std::vector<std::int32_t> some;  // of one box
         walk_cells(list.keys, begin, end, [&](std::size_t k, std::span<const Row> rows) {
-          const MeetingBoxes meeting(list.boxes[k]);
+          const OverlapQuery query(list.boxes[k]);
           std::size_t many = 0, most = 1;
           for (const Row& row : rows) most += row.end - row.begin;
           if (some.size() < most) some.resize(2 * most);
           for (const Row& row : rows) {
-            many += meeting.find(list.boxes.data() + row.begin, list.boxes.data() + row.end,
-                                 some.data() + many);
+            many += query.find(list.boxes.data() + row.begin, list.boxes.data() + row.end,
+                               some.data() + many);
           }
           std::sort(some.data(), some.data() + many);
           out.places_[static_cast<std::size_t>(list.boxes[k].upper.w)] = {

@@ -1,4 +1,4 @@
-// Broad phase: which bodies, and which of their parts, may touch before the list is made again.
+// Broad phase: finds the bodies and parts that may touch before the neighbor list is rebuilt.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@ namespace firn {
 
 struct Aabb {
   Vec3 lower = Vec3::Zero(), upper = Vec3::Zero();  // m
-  bool meets(const Aabb& o) const {
+  bool overlaps(const Aabb& o) const {
     return (lower.array() <= o.upper.array()).all() && (o.lower.array() <= upper.array()).all();
   }
 };
@@ -33,7 +33,8 @@ class AabbOverlaps {
   std::vector<Place> places_;                     // [boxes]
   std::vector<std::vector<std::int32_t>> found_;  // [tasks]
 };
-// A cell list: linear in the number of boxes, but for sorting them, for boxes of like size.
+// Uses a cell list. For boxes of similar size, the time is linear in their number except for the
+// sort.
 AabbOverlaps find_aabb_overlaps(const std::vector<Aabb>& boxes, int threads = 1);
 
 // A tree over fixed boxes (the parts of a boundary), for queries with one box.
@@ -43,7 +44,7 @@ class AabbTree {
   ~AabbTree();
   AabbTree(AabbTree&&) noexcept;
   AabbTree& operator=(AabbTree&&) noexcept;
-  // Appends the indices of the boxes that meet `query`, in ascending order.
+  // Appends the indices of the boxes that overlap `query`, in ascending order.
   void find(const Aabb& query, std::vector<int>& found) const;
   const Aabb& bounds() const;
 

@@ -13,8 +13,8 @@ namespace firn {
 
 struct Manifold;
 
-// In parts of the pair's size: least width given to edges and corners, and the length below which a
-// segment is a point.
+// As fractions of the characteristic length of the pair: least width of edges and corners, and the
+// length below which a segment counts as a point.
 inline constexpr double kEdgeWidth = 1e-4;
 inline constexpr double kLeastExtent = 1e-7;
 
@@ -113,8 +113,8 @@ struct ContactRegion {
   PlaneMoments moments;  // about the centroid
 };
 
-// Corners of the common polygon: one more for each cut, and slack for outlines that rounding has
-// left not quite convex.
+// Upper bound of the corners of the common polygon: one more for each cut, and a reserve for
+// outlines that are slightly concave due to rounding.
 inline int region_capacity(int corners_a, int corners_b) { return 2 * (corners_a + corners_b); }
 
 // Weights that integrate linear functions over the polygon exactly, and its moments.
@@ -152,12 +152,12 @@ std::vector<int> hull_corners(const std::vector<PlanePoint>& points, double& ext
 
 // Contact points and moments of a weighed region; with `flat`, its outline too.
 void emit_region(const ContactRegion& r, const ContactBasis& frame, double radius_a,
-                 double radius_b, double shell, bool flat, Manifold& out);
+                 double radius_b, double contact_margin, bool flat, Manifold& out);
 
 // The region over which two features face each other, weighed. False when it is empty or too small.
 bool clip_face_face(const ProjectedPart& a, const ConvexPart::Face& face_a, const ProjectedPart& b,
                     const ConvexPart::Face& face_b, ContactRegion& r);
-// An edge of one part on a face of the other; `edge_is_a` says whose is whose.
+// An edge of one part on a face of the other. `edge_is_a`: the edge belongs to A, the face to B.
 bool clip_edge_face(const ProjectedPart& edge_view, const std::uint16_t (&ends)[2],
                     const ProjectedPart& face_view, const ConvexPart::Face& face, bool edge_is_a,
                     ContactRegion& r);

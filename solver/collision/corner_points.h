@@ -9,12 +9,15 @@
 
 namespace firn {
 
-// Bit f: the vertex lies on seam f of its part, over which `outward` (unit, part axes) leans. The
-// contact of such a vertex is that of the part beyond the seam, which reaches farther.
-inline std::uint64_t leaning_seams(const ConvexPart& part, const Vec3& outward, int vertex) {
+// Bit f is set if the vertex lies on internal face f of its part and `outward` (unit, part axes)
+// points out through that face. The contact of such a vertex belongs to the adjacent part, which
+// extends farther along `outward`.
+inline std::uint64_t leaning_internal_faces(const ConvexPart& part, const Vec3& outward,
+                                            int vertex) {
   std::uint64_t mask = part.internal_normals.empty() ? 0 : part.internal_faces[vertex];
   for (std::size_t f = 0; f < part.internal_normals.size(); ++f) {
-    if (outward.dot(part.internal_normals[f]) <= kSeamTilt) mask &= ~(std::uint64_t{1} << f);
+    if (outward.dot(part.internal_normals[f]) <= kInternalFaceTilt)
+      mask &= ~(std::uint64_t{1} << f);
   }
   return mask;
 }
@@ -31,12 +34,13 @@ struct CornerSurface {
   double radius;
 };
 
-// Adds to the region the vertices of a part that are in the shell of a surface, are none of `own`,
-// lean over no seam, and for which is_over(place, height) is true: a part that stands deep and
-// tilted in a surface is held wherever it is in. `is_a`: the part is A.
+// Adds vertices of a part to the region, so that a part that is deep and tilted in a surface has
+// contact points wherever it penetrates. A vertex is added if it is within the contact margin of
+// the surface, is not in `own`, has no leaning internal face, and is_over(position, height) is
+// true. `is_a`: the part is A.
 template <class IsOver>
 void add_corners(const ProjectedPart& view, bool is_a, std::span<const std::uint16_t> own,
-                 const CornerSurface& surface, double shell, const IsOver& is_over,
+                 const CornerSurface& surface, double contact_margin, const IsOver& is_over,
                  ContactRegion& r) {
   const ConvexPart& part = view.part;
   const double radii = part.radius + surface.radius;
@@ -45,8 +49,8 @@ void add_corners(const ProjectedPart& view, bool is_a, std::span<const std::uint
     const PlanePoint at = view.flat(i);
     const double corner = view.height(i), other = surface.plane.height(at);
     const double gap = (is_a ? other - corner : corner - other) - radii;
-    if (!(gap < shell) || std::ranges::find(own, i) != own.end() ||
-        leaning_seams(part, outward, i) != 0 || !is_over(at, corner))
+    if (!(gap < contact_margin) || std::ranges::find(own, i) != own.end() ||
+        leaning_internal_faces(part, outward, i) != 0 || !is_over(at, corner))
       continue;
     r.add(at, is_a ? corner : other, is_a ? other : corner);
     const double width = swept_width(part.radius, -gap, r.size);

@@ -69,7 +69,8 @@ bool do_adjoin(const FlatSurface::Piece& a, const FlatSurface::Piece& b, double 
   return false;
 }
 
-std::vector<SurfaceFace> faces_at_seams(const std::vector<ConvexPart>& parts, double size) {
+std::vector<SurfaceFace> faces_at_internal_faces(const std::vector<ConvexPart>& parts,
+                                                 double size) {
   std::vector<SurfaceFace> faces;
   for (std::size_t p = 0; p < parts.size(); ++p) {
     if (parts[p].internal_normals.empty()) continue;
@@ -105,7 +106,7 @@ struct Box {
     high[0] = std::max(high[0], p.u);
     high[1] = std::max(high[1], p.v);
   }
-  bool meets(const Box& other) const {
+  bool overlaps(const Box& other) const {
     return low[0] <= other.high[0] && other.low[0] <= high[0] && low[1] <= other.high[1] &&
            other.low[1] <= high[1];
   }
@@ -179,7 +180,7 @@ std::vector<PlanePoint> common_corners(const Polygons& first, const Polygons& se
   for (const std::vector<PlanePoint>& a : first) {
     const Box box = box_of(a);
     for (const std::vector<PlanePoint>& b : second) {
-      if (!box.meets(box_of(b))) continue;
+      if (!box.overlaps(box_of(b))) continue;
       const std::size_t room = 2 * (a.size() + b.size());
       clipped.resize(room);
       spare.resize(room);
@@ -321,8 +322,8 @@ WholeRegion region_on_plane(const ProjectedPart& a, const ContactFeature& featur
   return out;
 }
 
-// True when a vertex of the part at this place and height (m) lies on the feature: in the plane of
-// the face, on the line of the edge, or on the vertex.
+// True when a vertex with the projected position `at` and this height (m) lies on the feature: in
+// the plane of a face, on the line of an edge, or at a vertex.
 bool is_on_feature(const ProjectedPart& view, const ContactFeature& feature, const PlanePoint& at,
                    double height) {
   const double tolerance = kNoGap * view.part.bounding_radius;
@@ -348,7 +349,7 @@ WholeRegion whole_region(const ProjectedPart& a, const ProjectedPart& b, const M
   if (on_a.kind == Kind::face && on_b.kind == Kind::edge)
     return region_of_edge(b, whole_edge(b.part, on_b, surface_b), a, *on_a.face, surface_a, false,
                           size);
-  // A vertex: where it meets the surface is known.
+  // A vertex: its contact point is known.
   WholeRegion out;
   if ((on_a.face || on_b.face) && !m.points.empty()) {
     const ManifoldPoint& p = m.points.front();
@@ -385,7 +386,7 @@ FlatSurfaces find_flat_surfaces(const std::vector<ConvexPart>& parts) {
   FlatSurfaces out;
   const double size = extent_of(parts), tolerance = kNoGap * size;
   if (!(size > 0)) return out;
-  const std::vector<SurfaceFace> faces = faces_at_seams(parts, size);
+  const std::vector<SurfaceFace> faces = faces_at_internal_faces(parts, size);
   // Sets of faces that adjoin each other, by their first member.
   std::vector<int> first(faces.size());
   std::iota(first.begin(), first.end(), 0);
@@ -432,7 +433,7 @@ FlatSurfaces find_flat_surfaces(const std::vector<ConvexPart>& parts) {
 }
 
 double extend_to_surfaces(const ConvexPart& a, const ConvexPart* b, const Pose& b_in_a,
-                          double offset, double shell, const FlatSurface* surface_a,
+                          double offset, double contact_margin, const FlatSurface* surface_a,
                           const FlatSurface* surface_b, Manifold& m) {
   constexpr double kNoEffect = std::numeric_limits<double>::infinity();
   if (!b && m.feature_a.kind == ContactFeature::Kind::vertex) return kNoEffect;
@@ -461,7 +462,8 @@ double extend_to_surfaces(const ConvexPart& a, const ConvexPart* b, const Pose& 
     const auto is_over = [&](const PlanePoint& at, double height) {
       return !is_on_feature(view_a, m.feature_a, at, height);
     };
-    add_corners(view_a, true, {}, {HeightGradient(-offset), radius_b}, shell, is_over, region);
+    add_corners(view_a, true, {}, {HeightGradient(-offset), radius_b}, contact_margin, is_over,
+                region);
   } else {
     const ProjectedPart view_b(*b, frame, b_in_a);
     const auto add_over = [&](const ProjectedPart& corners, const ContactFeature& feature,
@@ -477,8 +479,8 @@ double extend_to_surfaces(const ConvexPart& a, const ConvexPart* b, const Pose& 
             [&](const std::vector<PlanePoint>& polygon) { return contains(polygon, at); });
       };
       add_corners(corners, is_a, {},
-                  {HeightGradient(face_view, *other.face), face_view.part.radius}, shell, is_over,
-                  region);
+                  {HeightGradient(face_view, *other.face), face_view.part.radius}, contact_margin,
+                  is_over, region);
     };
     add_over(view_a, m.feature_a, view_b, m.feature_b, surface_b, true);
     add_over(view_b, m.feature_b, view_a, m.feature_a, surface_a, false);
@@ -487,12 +489,12 @@ double extend_to_surfaces(const ConvexPart& a, const ConvexPart* b, const Pose& 
   for (int i = 0; i < region.count; ++i)
     least = std::min(least, region.points[i].height_b - region.points[i].height_a);
   least -= a.radius + radius_b;
-  if (!(least < shell) || least > m.gap + kLeastExtent * size) return kNoEffect;
+  if (!(least < contact_margin) || least > m.gap + kLeastExtent * size) return kNoEffect;
   m.points.clear();
   m.outline.clear();
   m.centroid.setZero();
   const bool flat = !whole.swept && static_cast<std::size_t>(region.count) == own;
-  emit_region(region, frame, a.radius, radius_b, shell, flat, m);
+  emit_region(region, frame, a.radius, radius_b, contact_margin, flat, m);
   return least;
 }
 

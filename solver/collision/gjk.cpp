@@ -162,8 +162,8 @@ Nearest nearest_on_tetrahedron(const Simplex& s) {
     const Vec up = s.corner(f[3]) - p;
     const Vec n = cross(q, r);
     const double height = dot(n, up), depth = -dot(n, p);
-    // Signs drowned in rounding say nothing. A flat tetrahedron has no inside: without this test
-    // rounding can put the origin there.
+    // Signs below the rounding error are not used. A flat tetrahedron has no interior, but without
+    // this test a rounding error could place the origin in it.
     const double noise = 1e-28 * square(q) * square(r);
     const bool certain = height * height > noise * square(up) && depth * depth > noise * square(p);
     if (certain && (height > 0) == (depth > 0)) continue;  // the origin is on the inner side
@@ -270,8 +270,8 @@ struct Query {
 
 }  // namespace
 
-CoreContact core_contact(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double shell,
-                         GjkCache& cache) {
+CoreContact core_contact(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a,
+                         double contact_margin, GjkCache& cache) {
   const double radii = a.radius + b.radius, touching = contact_tolerance(a, b);
   Query query(a, b, b_in_a);
   Simplex& s = query.s;
@@ -314,7 +314,7 @@ CoreContact core_contact(const ConvexPart& a, const ConvexPart& b, const Pose& b
     out.lower = std::max(out.lower, bound);
     if ((out.distance - bound <= noise) | s.contains(far_a.vertex, far_b.vertex)) break;
     query.append(far_a.vertex, far_b.vertex);
-    if (out.lower - radii > shell && out.lower - radii >= 0.8 * (out.distance - radii)) {
+    if (out.lower - radii > contact_margin && out.lower - radii >= 0.8 * (out.distance - radii)) {
       out.converged = false;
       break;
     }

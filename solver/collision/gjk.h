@@ -26,12 +26,13 @@ inline double contact_tolerance(const ConvexPart& a, const ConvexPart& b) {
   return kContactTolerance * characteristic_length(a, b);
 }
 
-// A normal that leans out over a seam by more than this (sine) belongs to the neighbor there.
-inline constexpr double kSeamTilt = 1e-9;
+// A contact on an internal face belongs to the adjacent part when the sine of the angle by which
+// its normal points out through that face exceeds this.
+inline constexpr double kInternalFaceTilt = 1e-9;
 
 // Where two cores meet. Lengths in m, vectors in A's axes.
 struct CoreContact {
-  double distance = 0;          // of the cores; negative: depth, the least way out along -normal
+  double distance = 0;          // of the cores; negative: minus the penetration depth
   double lower = 0;             // certified lower bound of `distance`, when apart
   bool converged = true;        // false: `lower` alone was enough for the caller
   Vec3 normal = Vec3::UnitZ();  // unit, from A to B
@@ -45,7 +46,8 @@ struct Support {
 };
 
 // The vertex farthest along (dx, dy, dz) in part axes. Four vertices at a time (one AVX2 register;
-// wider vectors are torn apart through memory); the padding of the arrays repeats the last vertex.
+// with wider vectors the compiler passes halves through memory). The padding of the arrays repeats
+// the last vertex.
 // On a tie the choice is fixed, so results are reproducible.
 inline Support support(const ConvexPart& part, double dx, double dy, double dz) {
   using Index = std::int64_t __attribute__((vector_size(32)));
@@ -59,7 +61,7 @@ inline Support support(const ConvexPart& part, double dx, double dy, double dz) 
     get(z + i, vz);
     out = vx * dx + vy * dy + vz * dz;
   };
-  // Two chains side by side, as the padding is to eight.
+  // Two independent chains, as the arrays are padded to a multiple of eight.
   const Index lane = {0, 1, 2, 3};
   Simd4d best, second, value, second_value;
   heights(0, best);
@@ -94,11 +96,11 @@ inline Support support(const ConvexPart& part, const Vec3& d) {
 }
 
 // Distance of the cores of A and B. Stops early, with converged = false, once the swept solids are
-// known to be farther apart than `shell` and the bound is good to a fifth of their gap.
+// known to be farther apart than `contact_margin` and the lower bound is at least 0.8 of their gap.
 // `distance` is 0 and the rest unset when the cores overlap or are nearer than the touching
 // distance.
-CoreContact core_contact(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double shell,
-                         GjkCache& cache);
+CoreContact core_contact(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a,
+                         double contact_margin, GjkCache& cache);
 
 // Overlapping cores: the minimum translation vector that leads through no internal face, and the
 // contact point. distance <= 0 up to rounding and the touching distance.

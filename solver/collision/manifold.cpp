@@ -73,8 +73,8 @@ void flattest_edge(const ConvexPart& part, const Vec3& n, const SupportingFeatur
       const std::uint16_t far = edges[k].vertex;
       const double drop = height - n.dot(part.vertex(far));
       const double over_reach = drop * std::min(1.0, reach * edges[k].inverse_length);
-      const bool ours = alone | ((far > near) & carriers.include(far));
-      const double over = select(ours & (over_reach <= depth), over_reach, kNever);
+      const bool is_candidate = alone | ((far > near) & carriers.include(far));
+      const double over = select(is_candidate & (over_reach <= depth), over_reach, kNever);
       from = select(over < least, near, from);
       to = select(over < least, far, to);
       least = std::min(over, least);
@@ -116,8 +116,8 @@ Feature supporting_feature(const ConvexPart& part, const Vec3& n,
   return out;
 }
 
-// True when the contact belongs to the piece beyond a seam of this part: the normal (`outward`, in
-// part axes) leans out over the seam and nothing of the region reaches back from it.
+// True when the contact belongs to the part beyond an internal face of this part: the normal
+// (`outward`, part axes) points out through that face and the region lies entirely at it.
 bool belongs_to_neighbor(const ProjectedPart& view, const SupportingFeatures& carriers,
                          const Vec3& outward, const ContactRegion& r,
                          double ClippedPoint::*height) {
@@ -127,11 +127,11 @@ bool belongs_to_neighbor(const ProjectedPart& view, const SupportingFeatures& ca
   for (int i = 0; i < carriers.count; ++i) common &= part.internal_faces[carriers.vertex[i]];
   for (int f = 0; common != 0; ++f, common >>= 1) {
     if (!(common & 1)) continue;
-    const Vec3& seam = part.internal_normals[f];
-    if (outward.dot(seam) <= kSeamTilt) continue;
-    const double offset = seam.dot(part.vertex(carriers.vertex[0]));
+    const Vec3& internal_face = part.internal_normals[f];
+    if (outward.dot(internal_face) <= kInternalFaceTilt) continue;
+    const double offset = internal_face.dot(part.vertex(carriers.vertex[0]));
     const bool reaches_back = std::any_of(r.points, r.points + r.count, [&](const ClippedPoint& p) {
-      return seam.dot(view.body_point(p.at, p.*height)) < offset - kLeastExtent * r.size;
+      return internal_face.dot(view.body_point(p.at, p.*height)) < offset - kLeastExtent * r.size;
     });
     if (!reaches_back) return true;
   }
@@ -148,9 +148,10 @@ void clear(Manifold& out) {
 }
 
 // Depth below its support plane at which a feature still counts as touching: everything that
-// overlaps or lies in the shell, and some more so that features change before they bear load.
-double feature_depth(double gap, double shell, double size) {
-  return std::max(0.0, -gap) + 4 * shell + kLeastExtent * size;
+// overlaps or lies within the contact margin, plus a reserve so that features change before they
+// are loaded.
+double feature_depth(double gap, double contact_margin, double size) {
+  return std::max(0.0, -gap) + 4 * contact_margin + kLeastExtent * size;
 }
 
 // The vertices of a feature. Where no region of it was found, those that carry the contact.
@@ -162,18 +163,19 @@ std::span<const std::uint16_t> vertices_of(const ConvexPart& part, const Feature
 }
 
 // The manifold around the place where the cores meet; `out` is clear.
-void fill(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double shell,
+void fill(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double contact_margin,
           const CoreContact& contact, Manifold& out) {
   const double radii = a.radius + b.radius;
   out.gap = contact.distance - radii;
   out.normal = contact.normal;
-  if (!(out.gap < shell)) return;  // nor a number that is none
+  if (!(out.gap < contact_margin)) return;  // also rejects NaN
 
   const ContactBasis frame(contact.normal);
   const ProjectedPart view_a(a, frame), view_b(b, frame, b_in_a);
   const SupportingFeatures carriers_a(contact.simplex.a, contact.simplex.count);
   const SupportingFeatures carriers_b(contact.simplex.b, contact.simplex.count);
-  const double size = characteristic_length(a, b), depth = feature_depth(out.gap, shell, size);
+  const double size = characteristic_length(a, b),
+               depth = feature_depth(out.gap, contact_margin, size);
   const double reach = 2 * size;
   const Feature on_a = supporting_feature(a, view_a.n, carriers_a, depth, reach);
   const Feature on_b = supporting_feature(b, -view_b.n, carriers_b, depth, reach);
@@ -191,7 +193,7 @@ void fill(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double s
     found = clip_edge_face(view_a, on_a.ends, view_b, *on_b.face, true, region);
   } else if (on_a.kind == Feature::Kind::edge && on_b.kind == Feature::Kind::edge) {
     // Swept edges d apart and y aside have opened by about y^2 / 2d.
-    const double opening = 0.25 * shell + kLeastExtent * size;
+    const double opening = 0.25 * contact_margin + kLeastExtent * size;
     const double aside =
         std::sqrt(2 * std::max(0.0, contact.distance) * opening) + kLeastExtent * size;
     found = clip_edge_edge(view_a, on_a.ends, view_b, on_b.ends, aside, region);
@@ -215,17 +217,17 @@ void fill(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double s
       return is_over_face(view_b, *on_b.face, true, p);
     };
     add_corners(view_a, true, vertices_of(a, on_a, found, carriers_a),
-                {HeightGradient(view_b, *on_b.face), b.radius}, shell, is_over, region);
+                {HeightGradient(view_b, *on_b.face), b.radius}, contact_margin, is_over, region);
   }
   if (on_a.face) {
     const auto is_over = [&](const PlanePoint& p, double) {
       return is_over_face(view_a, *on_a.face, false, p);
     };
     add_corners(view_b, false, vertices_of(b, on_b, found, carriers_b),
-                {HeightGradient(view_a, *on_a.face), a.radius}, shell, is_over, region);
+                {HeightGradient(view_a, *on_a.face), a.radius}, contact_margin, is_over, region);
   }
   const bool flat = found && on_a.face && on_b.face && region.count == own;
-  emit_region(region, frame, a.radius, b.radius, shell, flat, out);
+  emit_region(region, frame, a.radius, b.radius, contact_margin, flat, out);
   out.feature_a = on_a;
   out.feature_b = on_b;
 }
@@ -233,7 +235,7 @@ void fill(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double s
 }  // namespace
 
 void emit_region(const ContactRegion& r, const ContactBasis& frame, double radius_a,
-                 double radius_b, double shell, bool flat, Manifold& out) {
+                 double radius_b, double contact_margin, bool flat, Manifold& out) {
   out.area = r.area;
   out.moments = frame.moments(r.moments);
   for (int i = 0; i < r.count; ++i) {
@@ -242,43 +244,44 @@ void emit_region(const ContactRegion& r, const ContactBasis& frame, double radiu
     const Vec3 position = frame.point(p.at, 0.5 * (surface_a + surface_b));
     out.centroid += p.weight / r.area * position;
     if (flat) out.outline.push_back({position, surface_b - surface_a, p.weight});
-    if (surface_b - surface_a >= shell) continue;
+    if (surface_b - surface_a >= contact_margin) continue;
     out.points.push_back({position, surface_b - surface_a, p.weight});
   }
 }
 
-void collide(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double shell,
+void collide(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double contact_margin,
              GjkCache& cache, Manifold& out) {
   clear(out);
-  const CoreContact contact = core_contact(a, b, b_in_a, shell, cache);
+  const CoreContact contact = core_contact(a, b, b_in_a, contact_margin, cache);
   if (!contact.converged) {
     out.gap = contact.lower - (a.radius + b.radius);
     out.normal = contact.normal;
     return;
   }
   if (contact.distance <= contact_tolerance(a, b)) {
-    fill(a, b, b_in_a, shell, penetration(a, b, b_in_a), out);
+    fill(a, b, b_in_a, contact_margin, penetration(a, b, b_in_a), out);
   } else {
-    fill(a, b, b_in_a, shell, contact, out);
+    fill(a, b, b_in_a, contact_margin, contact, out);
   }
 }
 
 void collide_with_side_hint(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a,
-                            const Vec3& side, double shell, Manifold& out) {
+                            const Vec3& side, double contact_margin, Manifold& out) {
   clear(out);
-  fill(a, b, b_in_a, shell, penetration_from(a, b, b_in_a, side), out);
+  fill(a, b, b_in_a, contact_margin, penetration_from(a, b, b_in_a, side), out);
 }
 
-void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double shell, Manifold& out) {
+void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double contact_margin,
+                   Manifold& out) {
   clear(out);
   const ContactBasis frame(-n);
   const ProjectedPart view(a, frame);
   const std::uint16_t lowest = static_cast<std::uint16_t>(support(a, frame.n).vertex);
   out.normal = frame.n;
   out.gap = -offset - view.height(lowest) - a.radius;
-  if (!(out.gap < shell)) return;  // nor a number that is none
+  if (!(out.gap < contact_margin)) return;  // also rejects NaN
 
-  const double depth = feature_depth(out.gap, shell, a.bounding_radius);
+  const double depth = feature_depth(out.gap, contact_margin, a.bounding_radius);
   const Feature feature =
       supporting_feature(a, frame.n, SupportingFeatures(lowest), depth, 2 * a.bounding_radius);
   ContactRegion region(a.vertex_count, a.bounding_radius);
@@ -289,8 +292,8 @@ void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double she
     loop = &a.face_vertices[feature.face->first];
     loop_count = feature.face->count;
   } else if (feature.kind == Feature::Kind::edge &&
-             (leaning_seams(a, frame.n, feature.ends[0]) &
-              leaning_seams(a, frame.n, feature.ends[1])) == 0) {
+             (leaning_internal_faces(a, frame.n, feature.ends[0]) &
+              leaning_internal_faces(a, frame.n, feature.ends[1])) == 0) {
     loop_count = 2;
   }
   for (int i = 0; i < loop_count; ++i) add(loop[i]);
@@ -298,9 +301,9 @@ void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double she
   if (flat) compute_polygon_weights(region);
   if (loop_count == 2) compute_segment_weights(region, a.radius, a.radius);
   add_corners(
-      view, true, {loop, static_cast<std::size_t>(loop_count)}, {HeightGradient(-offset), 0}, shell,
-      [](const PlanePoint&, double) { return true; }, region);
-  emit_region(region, frame, a.radius, 0, shell, flat && region.count == loop_count, out);
+      view, true, {loop, static_cast<std::size_t>(loop_count)}, {HeightGradient(-offset), 0},
+      contact_margin, [](const PlanePoint&, double) { return true; }, region);
+  emit_region(region, frame, a.radius, 0, contact_margin, flat && region.count == loop_count, out);
   if (loop_count > 0) out.feature_a = feature;
 }
 

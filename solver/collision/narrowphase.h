@@ -36,13 +36,15 @@ struct Manifold {
   double gap = 0;               // m, smallest distance of the swept surfaces; negative: overlap.
                                 // When no points are returned: a lower bound of it.
   Vec3 normal = Vec3::UnitZ();  // unit, from A to B, A's axes
-  std::vector<ManifoldPoint> points;  // those with gap < shell; empty when apart or not ours (seam)
+  // Points with a gap below the contact margin. Empty when the parts are farther apart, or when the
+  // contact is on an internal face and belongs to the adjacent part.
+  std::vector<ManifoldPoint> points;
   // Area moments of the touching region, for torsion (weights as above):
   double area = 0;               // m^2, sum of the weights of the region
   Vec3 centroid = Vec3::Zero();  // m, A's axes
   Mat3 moments = Mat3::Zero();   // m^4, integral of x x^T about the centroid, A's axes
-  // Of two faces, or of a face and a plane: all corners of the region, also those beyond the shell.
-  // Otherwise empty.
+  // Of two faces, or of a face and a plane: all corners of the region, including those beyond the
+  // contact margin. Otherwise empty.
   std::vector<ManifoldPoint> outline;
   ContactFeature feature_a, feature_b;  // a plane shows a vertex
 };
@@ -61,39 +63,43 @@ struct FlatSurface {
 // The flat surfaces of the parts of one body.
 struct FlatSurfaces {
   std::vector<FlatSurface> surfaces;
-  std::vector<std::vector<std::int32_t>> of_face;  // [parts][faces] -1: no other part has a face
-                                                   // there. Empty if no part has any
+  // [parts][faces] index into `surfaces`; -1: no other part has a face in that surface. Empty if
+  // there are no surfaces.
+  std::vector<std::vector<std::int32_t>> of_face;
 
   bool empty() const { return surfaces.empty(); }
-  // That of a face, or of an edge whose line continues beyond the part; -1: none.
+  // Index of the surface with the face or edge `feature` of part `number`; -1: none.
   int find(const ConvexPart& part, int number, const ContactFeature& feature) const;
 };
 
-// Faces of one plane that adjoin each other at seams.
+// Finds the faces in one plane that adjoin each other at internal faces.
 FlatSurfaces find_flat_surfaces(const std::vector<ConvexPart>& parts);
 
 // Gap, normal and clipped contact points of A against B, `b_in_a` placing B in A's axes.
-// Points farther apart than `shell` (m, >= 0) are left out. `out.points` keeps its capacity.
-// Apart by more than `shell`: `gap` may be a lower bound, not less than 0.8 of the true one.
-// Dropped at a seam (the neighboring piece has the contact): no points, `gap` as found.
+// Points with a gap above `contact_margin` (m, >= 0) are left out. `out.points` keeps its capacity.
+// If the parts are farther apart than `contact_margin`, `gap` may be a lower bound, at least 0.8 of
+// the true gap. A contact on an internal face belongs to the adjacent part: no points, but
+// `gap` is set.
 // Overlaps deeper than both sweep radii go to libccd for the direction; the depth along it is
 // exact.
-void collide(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double shell,
+void collide(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double contact_margin,
              GjkCache& cache, Manifold& out);
 
 // collide() for parts with a known side of contact: only separating directions within 45 degrees of
 // `side` (unit, A's axes, from A to B) are used, even when another one is shorter.
 void collide_with_side_hint(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a,
-                            const Vec3& side, double shell, Manifold& out);
+                            const Vec3& side, double contact_margin, Manifold& out);
 
-// True when the vertex of `part` farthest along `way` (part axes) lies on a seam through which
-// `way` points outwards: the contact belongs to the neighboring part.
+// True when the vertex of `part` farthest along `direction` (part axes) lies on an internal face
+// and `direction` points out of the part through that face. The contact then belongs to the
+// adjacent part.
 bool normal_exits_internal_face(const ConvexPart& part, const Vec3& direction);
 
 // A against the solid half-space { x : n . x <= offset } in A's axes. The manifold's normal is -n
 // (from the part to the plane); never fails, however deep. In addition to the lowest feature,
-// every vertex in the shell is a point, with the weight of a corner.
-void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double shell, Manifold& out);
+// every vertex within the contact margin is a point, with the weight of a corner.
+void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double contact_margin,
+                   Manifold& out);
 
 // Replaces the region of two parts by that of the whole surfaces on which they meet: their contact
 // does not depend on how a plane surface is cut. Null: a feature without one. `b` null: the plane
@@ -102,7 +108,7 @@ void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double she
 // would be less deep than the contact. Returns the smallest gap of the region, m; infinite: no
 // effect.
 double extend_to_surfaces(const ConvexPart& a, const ConvexPart* b, const Pose& b_in_a,
-                          double offset, double shell, const FlatSurface* surface_a,
+                          double offset, double contact_margin, const FlatSurface* surface_a,
                           const FlatSurface* surface_b, Manifold& manifold);
 
 // Distance of the two cores (no sweep), m; 0 when they overlap. For reference computations and

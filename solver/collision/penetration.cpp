@@ -1,4 +1,5 @@
-// Depth of overlapping cores. libccd finds where to look; supports measure the depth exactly.
+// Penetration of overlapping cores. libccd gives a direction; support functions then measure the
+// depth along it exactly.
 #include <ccd/ccd.h>
 
 #include <algorithm>
@@ -10,23 +11,23 @@
 namespace firn {
 namespace {
 
-// Two for each iteration, of which its distance query takes up to a hundred; few overlaps need more
-// than fifty to expand.
-constexpr int kMaxQuestions = 800;
+// An iteration of libccd calls two supports. Its distance query takes up to a hundred iterations,
+// and few overlaps need more than fifty to expand the polytope.
+constexpr int kMaxSupportCalls = 800;
 
 // A core for libccd: in A's axes, lengths in units of the pair's size.
 struct Placed {
   const ConvexPart* part;
   const Pose* pose;  // part -> A's axes
   double per_meter;
-  int* questions;  // how often libccd may still ask
+  int* support_calls_left;  // calls that libccd may still make
 };
 
 void ccd_support(const void* object, const ccd_vec3_t* direction, ccd_vec3_t* out) {
   const auto& o = *static_cast<const Placed*>(object);
-  if (--*o.questions < 0) {
-    // Its expansion has no iteration limit and may cycle on flat or parallel features. A support at
-    // the origin says that nothing is left to expand: it ends with the best it has.
+  if (--*o.support_calls_left < 0) {
+    // The expansion of libccd has no iteration limit and may cycle on flat or parallel features. A
+    // support at the origin lies inside the polytope, so libccd stops with its best result.
     ccdVec3Set(out, 0, 0, 0);
     return;
   }
@@ -48,38 +49,40 @@ struct MinimumTranslation {
   double depth = std::numeric_limits<double>::infinity();
 };
 
-// How far B must move along n to leave A.
+// Distance that B must move along n to separate from A, m.
 double width(const Pair& p, const Vec3& n) {
   const Vec3 m = p.b_in_a.rotation.transpose() * n;
   return support(p.a, n).height + support(p.b, -m).height - n.dot(p.b_in_a.translation);
 }
 
-bool ours(const Pair& p, const Vec3& n) {
+bool is_own_contact(const Pair& p, const Vec3& n) {
   return !normal_exits_internal_face(p.a, n) &&
          !normal_exits_internal_face(p.b, -(p.b_in_a.rotation.transpose() * n));
 }
 
-void offer(const Pair& p, const Vec3& n, MinimumTranslation& best, MinimumTranslation& best_seam) {
+void consider_direction(const Pair& p, const Vec3& n, MinimumTranslation& best,
+                        MinimumTranslation& best_internal_face) {
   const double depth = width(p, n);
-  if (depth < best.depth && ours(p, n)) best = {n, depth};
-  if (depth < best_seam.depth) best_seam = {n, depth};
+  if (depth < best.depth && is_own_contact(p, n)) best = {n, depth};
+  if (depth < best_internal_face.depth) best_internal_face = {n, depth};
 }
 
-// A way out through this piece's own surface that is far longer than the one through a seam is no
-// contact of this piece: the neighbor has the short one.
-void leave_to_neighbor(const Pair& p, const MinimumTranslation& best_seam,
-                       MinimumTranslation& best) {
+// Selects the direction through an internal face if the direction through the surface of this part
+// is far longer. The contact then belongs to the adjacent part, which finds the short direction.
+void yield_to_neighbor_part(const Pair& p, const MinimumTranslation& best_internal_face,
+                            MinimumTranslation& best) {
   const double farther = 2 * (p.a.radius + p.b.radius);
-  if (!std::isfinite(best.depth) || best.depth > best_seam.depth + farther) best = best_seam;
+  if (!std::isfinite(best.depth) || best.depth > best_internal_face.depth + farther)
+    best = best_internal_face;
 }
 
 // Direction of libccd's expanding polytope; false when it finds no overlap or fails.
 bool ccd_direction(const Pair& p, Vec3& n) {
   const Pose identity;
   const double per_meter = 1 / std::min(p.a.bounding_radius, p.b.bounding_radius);
-  int questions = kMaxQuestions;
-  const Placed a{&p.a, &identity, per_meter, &questions};
-  const Placed b{&p.b, &p.b_in_a, per_meter, &questions};
+  int support_calls_left = kMaxSupportCalls;
+  const Placed a{&p.a, &identity, per_meter, &support_calls_left};
+  const Placed b{&p.b, &p.b_in_a, per_meter, &support_calls_left};
   ccd_t ccd;
   CCD_INIT(&ccd);
   ccd.support1 = ccd_support;
@@ -96,7 +99,7 @@ bool ccd_direction(const Pair& p, Vec3& n) {
   return true;
 }
 
-// B moved out along the way and a little farther, and the contact found there.
+// Contact after B was moved along the translation and by `clearance` (m) farther.
 CoreContact contact_outside(const Pair& p, const MinimumTranslation& translation,
                             double clearance) {
   Pose moved = p.b_in_a;
@@ -105,10 +108,11 @@ CoreContact contact_outside(const Pair& p, const MinimumTranslation& translation
   return core_contact(p.a, p.b, moved, std::numeric_limits<double>::infinity(), cold);
 }
 
-// From just outside, the distance query sees the nearest way in: an ever shallower one until it is
-// the one come by. This turns an approximate direction into an exact one.
+// Refines an approximate direction to a local minimum of the depth. B is moved just out of A, and
+// the normal of the distance query there can be a direction with a smaller depth. This is repeated
+// until the depth no longer decreases.
 template <class Allowed>
-CoreContact refined(const Pair& p, MinimumTranslation best, const Allowed& allowed) {
+CoreContact refined_contact(const Pair& p, MinimumTranslation best, const Allowed& allowed) {
   CoreContact contact;
   for (int i = 0; i < 8; ++i) {
     const double clearance = std::max(1e-3 * std::min(p.a.bounding_radius, p.b.bounding_radius),
@@ -144,47 +148,50 @@ bool normal_exits_internal_face(const ConvexPart& part, const Vec3& direction) {
       common &= part.internal_faces[i];
   }
   for (std::size_t f = 0; f < part.internal_normals.size(); ++f) {
-    if ((common >> f & 1) && direction.dot(part.internal_normals[f]) > kSeamTilt) return true;
+    if ((common >> f & 1) && direction.dot(part.internal_normals[f]) > kInternalFaceTilt)
+      return true;
   }
   return false;
 }
 
 CoreContact penetration(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a) {
   const Pair p{a, b, b_in_a};
-  MinimumTranslation best, best_seam;
+  MinimumTranslation best, best_internal_face;
   for (const ConvexPart::Face& f : a.faces) {
-    if (!f.internal) offer(p, f.normal, best, best_seam);
+    if (!f.internal) consider_direction(p, f.normal, best, best_internal_face);
   }
   for (const ConvexPart::Face& f : b.faces) {
-    if (!f.internal) offer(p, -(b_in_a.rotation * f.normal), best, best_seam);
+    if (!f.internal) consider_direction(p, -(b_in_a.rotation * f.normal), best, best_internal_face);
   }
-  // Edge against edge. One point against a polyhedron needs none of it: faces are all there is.
+  // Directions of two edges. If one part is a point, the minimum is always at a face normal.
   Vec3 n;
-  if (a.vertex_count > 1 && b.vertex_count > 1 && ccd_direction(p, n)) offer(p, n, best, best_seam);
-  leave_to_neighbor(p, best_seam, best);
+  if (a.vertex_count > 1 && b.vertex_count > 1 && ccd_direction(p, n))
+    consider_direction(p, n, best, best_internal_face);
+  yield_to_neighbor_part(p, best_internal_face, best);
   if (!std::isfinite(best.depth)) best = {Vec3::UnitZ(), width(p, Vec3::UnitZ())};
 
-  return refined(p, best, [&](const Vec3& n) { return ours(p, n); });
+  return refined_contact(p, best, [&](const Vec3& n) { return is_own_contact(p, n); });
 }
 
 CoreContact penetration_from(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a,
                              const Vec3& side) {
-  constexpr double kCone =
-      0.7;  // cosine: as far as a patch hands on its memory (patch_builder.cpp)
+  constexpr double kCone = 0.7;  // cosine, kSameHistory of patch_history.cpp
   const Pair p{a, b, b_in_a};
-  MinimumTranslation best, best_seam;
-  const auto offer_from = [&](const Vec3& n) {
-    if (n.dot(side) > kCone) offer(p, n, best, best_seam);
+  MinimumTranslation best, best_internal_face;
+  // Ignores directions outside the cone around `side`.
+  const auto consider_direction_near_side = [&](const Vec3& n) {
+    if (n.dot(side) > kCone) consider_direction(p, n, best, best_internal_face);
   };
   for (const ConvexPart::Face& f : a.faces) {
-    if (!f.internal) offer_from(f.normal);
+    if (!f.internal) consider_direction_near_side(f.normal);
   }
   for (const ConvexPart::Face& f : b.faces) {
-    if (!f.internal) offer_from(-(b_in_a.rotation * f.normal));
+    if (!f.internal) consider_direction_near_side(-(b_in_a.rotation * f.normal));
   }
-  offer_from(side);
-  leave_to_neighbor(p, best_seam, best);
-  return refined(p, best, [&](const Vec3& n) { return n.dot(side) > kCone && ours(p, n); });
+  consider_direction_near_side(side);
+  yield_to_neighbor_part(p, best_internal_face, best);
+  return refined_contact(
+      p, best, [&](const Vec3& n) { return n.dot(side) > kCone && is_own_contact(p, n); });
 }
 
 }  // namespace firn

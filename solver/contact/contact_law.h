@@ -68,8 +68,8 @@ struct alignas(64) ContactPatch {
   std::uint64_t parts_b = 0;
   std::uint32_t first_point = 0;
   std::uint16_t point_count = 0;
-  std::uint8_t sliding = 0;  // 1: dynamic friction applies
-  std::uint8_t fresh = 1;    // 1: gaps are those of this instant, not yet to be advanced
+  std::uint8_t sliding = 0;         // 1: dynamic friction applies
+  std::uint8_t gap_is_current = 1;  // 1: the force law must not advance the gaps
 };
 static_assert(sizeof(ContactPatch) == 128 && sizeof(ContactPoint) == 48);
 
@@ -84,8 +84,8 @@ struct PatchDetail {
 // first time.
 inline constexpr double kInContact = 1e-150;
 
-// Hysteretic linear spring, equation (3), for one point (T = double) or four (T = Four): the force
-// after the overlap grew by `ds` (m, positive: approaching) to `overlap`. Loading along K,
+// Hysteretic linear spring, equation (3), for one point (T = double) or four (T = Simd4d): the
+// force after the overlap grew by `ds` (m, positive: approaching) to `overlap`. Loading along K,
 // unloading and reloading along K_u, never below lambda K s. A point that touches for the first
 // time starts on the loading line.
 template <class T>
@@ -150,7 +150,7 @@ inline NormalLoad advance_points(const PairCoefficients& law, const ContactPatch
     ContactPoint& p = points[i];
     const Vec offset = to_vec(p.offset);
     const double ds = closing_of(motion, p);
-    if (!patch.fresh) p.gap -= ds;
+    if (!patch.gap_is_current) p.gap -= ds;
     const double before = p.force;
     const double k = law.stiffness * p.stiffness_fraction;
     p.force = normal_force(before, k, k * law.unloading_stiffness_ratio,

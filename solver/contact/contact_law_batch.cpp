@@ -7,7 +7,7 @@ namespace firn {
 
 namespace {
 
-// Four rows, from wherever they lie, turned into columns.
+// Loads four rows from any addresses and transposes them into columns.
 template <class RowOf>
 [[gnu::always_inline]] inline void gather_four(int k, const RowOf& row_of, Simd4d& a, Simd4d& b,
                                                Simd4d& c, Simd4d& d) {
@@ -99,7 +99,7 @@ void PatchBlock::gather(int k) {
     sliding_[i] = patch_[i]->sliding;
     elongation_cosine_[i] = patch_[i]->elongation.cosine;
     elongation_sine_[i] = patch_[i]->elongation.sine;
-    advance_gap_[i] = 1 - patch_[i]->fresh;
+    advance_gap_[i] = 1 - patch_[i]->gap_is_current;
   }
 }
 
@@ -111,7 +111,7 @@ void PatchBlock::scatter(int k) {
   for (int i = k; i < k + 4; ++i) {
     patch_[i]->torsion = torsion_[i];
     patch_[i]->sliding = sliding_[i] > 0;
-    patch_[i]->fresh = 0;
+    patch_[i]->gap_is_current = 0;
   }
 }
 
@@ -127,7 +127,7 @@ void PatchBlock::compute_relative_motion(double dt) {
 
 namespace {
 
-// Four points of any patches, and what their patches and laws say of them, side by side.
+// Four points of any patches, with the coefficients of their patches and laws.
 struct FourPoints {
   Simd4d tilt_x, tilt_y, tilt_z, closing;  // of PatchMotion
   Simd4d stiffness, ratio, floor;          // of PairCoefficients
@@ -176,9 +176,9 @@ void PatchBlock::compute_further_point(int k, ContactPoint& p) {
   work_normal_[k] += 0.5 * (before + p.force) * ds;
 }
 
-// advance_points() for all patches. The first points are taken side by side; the others, which
-// fewer than half of the patches have, from one list: the processor would guess wrong how often a
-// loop over one, two or eight points is run.
+// advance_points() for all patches. The first points of the patches are computed four at a time.
+// Fewer than half of the patches have further points. These are collected in one list, because the
+// branch at the end of a loop over one, two or eight points would often be mispredicted.
 void PatchBlock::compute_normal_forces() {
   Simd4d deepest = {0, 0, 0, 0};
   for (int k = 0; k < count_; k += 4) compute_first_points(k, deepest);
@@ -191,7 +191,7 @@ void PatchBlock::compute_normal_forces() {
   int listed = 0, most = 0;
   for (int k = 0; k < count_; ++k) {
     const int others_of_k = patch_[k]->point_count - 1;
-    // All three are written, and stay if they are wanted.
+    // All three are written without a branch. Those beyond the count have no effect.
     for (int i = 0; i < kListed; ++i) further[listed + i] = {points_[k] + 1 + i, k};
     listed += std::min(others_of_k, kListed);
     most = std::max(most, others_of_k);

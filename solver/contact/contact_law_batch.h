@@ -101,7 +101,7 @@ class PatchBlock {
   }
 
  private:
-  // The components of a Quad for all patches.
+  // The components of one Vec4 for each of the patches.
   struct alignas(32) Columns {
     double x[capacity], y[capacity], z[capacity], w[capacity];
     Vec vec(int k) const { return {x[k], y[k], z[k]}; }

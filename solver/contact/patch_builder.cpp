@@ -15,7 +15,7 @@ namespace {
 constexpr double kSameFace = 0.9962;  // cosine of 5 degrees: one region whatever else
 constexpr double kSamePatch = 0.9;    // cosine: normals further apart are never one region
 constexpr double kLikeArea = 0.1;     // ratio of areas that share stiffness fairly
-constexpr double kSamePlane = 1e-3;   // of the shell
+constexpr double kSamePlane = 1e-3;   // of the contact margin
 
 // True when two neighboring contacts belong to one region. Stiffness is distributed by
 // area. A corner deeper than the adjacent face would get almost no stiffness and sink in: it is a
@@ -135,7 +135,7 @@ void make_patch(const PatchInput& in, PatchScratch& scratch, int g, PatchBuffer&
   ContactPatch patch;
   PatchDetail detail;
   patch.first_point = static_cast<std::uint32_t>(out.points.size());
-  const double shell = in.law.contact_margin;
+  const double contact_margin = in.law.contact_margin;
   Vec3 sum_of_normals = Vec3::Zero();
   Moments moments;
   std::vector<int>& rest = scratch.stack;  // contacts of the group
@@ -149,12 +149,12 @@ void make_patch(const PatchInput& in, PatchScratch& scratch, int g, PatchBuffer&
     patch.parts_b |= part_bit(c.b) | c.other_b;
     moments.add(c.manifold);
     double depth = 0;
-    for (const ManifoldPoint& p : c.manifold.points) depth += p.weight * (shell - p.gap);
+    for (const ManifoldPoint& p : c.manifold.points) depth += p.weight * (contact_margin - p.gap);
     sum_of_normals += depth * c.manifold.normal;
   }
   const Vec3 normal = sum_of_normals.normalized();
   const auto add = [&](const PartContact& c, const ManifoldPoint& p) {
-    if (p.gap < shell)
+    if (p.gap < contact_margin)
       add_point(out.points, patch.first_point, p.position + turned_about_rounding(c, p, normal),
                 p.gap, p.weight, in.law.merge_distance);
   };
@@ -162,13 +162,13 @@ void make_patch(const PatchInput& in, PatchScratch& scratch, int g, PatchBuffer&
     const PartContact& first = in.contacts[rest[0]];
     const auto others = std::stable_partition(rest.begin(), rest.end(), [&](int i) {
       return i == rest[0] ||
-             is_coplanar(first.manifold, in.contacts[i].manifold, kSamePlane * shell);
+             is_coplanar(first.manifold, in.contacts[i].manifold, kSamePlane * contact_margin);
     });
     const std::span<const int> alike(rest.begin(), others);
     scratch.hull.clear();
     if (alike.size() > 1) merge_coplanar_contacts(in.contacts, alike, scratch.hull);
     const bool has_hull = std::ranges::any_of(
-        scratch.hull, [shell](const ManifoldPoint& p) { return p.gap < shell; });
+        scratch.hull, [contact_margin](const ManifoldPoint& p) { return p.gap < contact_margin; });
     for (const ManifoldPoint& p : scratch.hull) add(first, p);
     for (const int i : alike) {
       if (has_hull) break;
@@ -185,7 +185,7 @@ void make_patch(const PatchInput& in, PatchScratch& scratch, int g, PatchBuffer&
   double sum = 0, square = 0;
   Vec3 center = Vec3::Zero();
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
-    const double d = shell - points[i].gap;
+    const double d = contact_margin - points[i].gap;
     detail.area += points[i].stiffness_fraction;
     sum += points[i].stiffness_fraction * d;
     square += points[i].stiffness_fraction * d * d;

@@ -45,7 +45,7 @@ double work_of_step(const PatchInput& in, const ContactPatch& old) {
   return work;
 }
 
-// Records for each point of `fresh` the nearest point of `old`, unless a nearer one is recorded.
+// Updates the match of each point of `fresh` if a point of `old` is nearer than the recorded one.
 void match_points(const PatchInput& in, const ContactPatch& old, const ContactPatch& fresh,
                   const ContactPoint* points, PointMatch* matches) {
   constexpr double kLoaded =
@@ -126,7 +126,7 @@ void load_points(const PatchInput& in, double energy, double force, double work,
     deepest = std::max(deepest, s);
   }
   if (!(second > 0)) return;
-  force *= change_to / change_from;  // a share changes at constant energy
+  force *= change_to / change_from;  // the stiffness changes at constant energy
   // The energy of a contact that began in the last step or two is not known well.
   const double age = deepest / (step + std::numeric_limits<double>::min());  // steps, about
   const double range = 1 + age * age;
@@ -142,8 +142,9 @@ void load_points(const PatchInput& in, double energy, double force, double work,
       factor = std::min(1 / most, std::sqrt(twice / (scale * law.stiffness * second)));
   };
   solve(energy);
-  // The first half of this step's work was done along the old normal at the old arms. Of work on
-  // the loading line, a part of 1 / unloading_ratio is recoverable.
+  // The old forces did the first half of the work of this step, with the old normal and lever arms.
+  // The difference from the work of the new forces is added to the energy. Of work on the loading
+  // line, the fraction 1 / unloading_stiffness_ratio is recoverable.
   const double taken =
       0.5 * (work - factor * scale * law.stiffness * done) / law.unloading_stiffness_ratio;
   solve(energy + std::clamp(taken, -kMostCorrection * energy, kMostCorrection * energy));

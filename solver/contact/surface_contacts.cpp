@@ -10,7 +10,8 @@ namespace firn {
 namespace {
 
 constexpr double kNoRegion = std::numeric_limits<double>::infinity();
-constexpr double kCovered = 1e-3;  // of the shell: a contact is as deep as a region but for this
+// Fraction of the contact margin. A contact that is deeper than a region by less is part of it.
+constexpr double kCovered = 1e-3;
 
 // Surfaces of the features of a contact; -1: none.
 struct Surfaces {
@@ -50,9 +51,10 @@ FaceCosines face_cosines(const SurfacePair& pair, const Manifold& m) {
   return out;
 }
 
-// A normal that leans out over a seam is that of a piece, not of the surface: one along the normal
-// of the surface counts more. Then the flatter features count, and of like ones the normal nearest
-// to the faces.
+// True when c represents the contact of the surfaces better than d. A normal that points out
+// through an internal face is that of a part, not of the surface, so a normal along that of the
+// surface is preferred. The next criteria are the flatter features and the normal closer to the
+// face normals.
 bool is_better(const SurfacePair& pair, const SurfaceContact& c, const SurfaceContact& d) {
   constexpr double kAlongFace = 1 - 1e-12;
   const FaceCosines at_c = face_cosines(pair, c.manifold), at_d = face_cosines(pair, d.manifold);
@@ -105,18 +107,19 @@ std::size_t join_surface_contacts(const SurfacePair& pair, std::vector<PartConta
     return extend_to_surfaces(
         pair.parts_a[static_cast<std::size_t>(c.a)],
         pair.parts_b.empty() ? nullptr : &pair.parts_b[static_cast<std::size_t>(c.b)], pair.b_in_a,
-        pair.plane_offset, pair.shell, surface(pair.surfaces_a, own.a),
+        pair.plane_offset, pair.contact_margin, surface(pair.surfaces_a, own.a),
         surface(pair.surfaces_b, own.b), c.manifold);
   };
   Scratch<double> gaps(static_cast<int>(best));  // m, least one of the region of the surfaces
   double* const region_gap = gaps.data();
   for (std::size_t k = 0; k < best; ++k) region_gap[k] = extend(contacts[k]);
-  // What is deeper than the region of its surfaces lies beyond it, at a border of the surface, and
-  // is a separate contact. Where a surface has no region yet, it may have that of the next one.
+  // A contact that is deeper than the region of its surfaces is outside the region, at a border of
+  // the surface. It is kept as a separate contact. If the surfaces have no region yet, the region
+  // of this contact is tried.
   std::size_t kept = best;
   for (std::size_t i = best; i < count; ++i) {
     double& gap = region_gap[set[i]];
-    const bool is_covered = contacts[i].manifold.gap >= gap - kCovered * pair.shell;
+    const bool is_covered = contacts[i].manifold.gap >= gap - kCovered * pair.contact_margin;
     if (is_covered) continue;
     if (gap == kNoRegion) gap = extend(contacts[i]);
     if (kept != i) std::swap(contacts[kept], contacts[i]);

@@ -14,8 +14,8 @@ struct SurfacePair {
   const FlatSurfaces& surfaces_a;
   const FlatSurfaces& surfaces_b;
   const Pose& b_in_a;
-  double plane_offset = 0;  // m, of a plane
-  double shell = 0;         // m
+  double plane_offset = 0;    // m, of a plane
+  double contact_margin = 0;  // m
 };
 
 // Replaces the contacts of each pair of surfaces among the first `count` by one contact with the

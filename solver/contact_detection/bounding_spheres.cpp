@@ -10,7 +10,8 @@ namespace firn {
 namespace {
 
 constexpr std::size_t kSpheresPerTask = 256;  // bodies a task
-constexpr std::size_t kSpheresAhead = 8;      // bodies, to be fetched: their numbers may be any
+constexpr std::size_t kSpheresAhead =
+    8;  // bodies to prefetch, because they are in any order in memory
 
 // The bits of x, 21 of them, with room for two more behind each.
 std::uint64_t spread_bits(std::uint64_t x) {
@@ -21,9 +22,9 @@ std::uint64_t spread_bits(std::uint64_t x) {
   return (x | x << 2) & 0x1249249249249249;
 }
 
-// The present particles along a curve through space (Morton's, through cells of about their size):
-// neighbors on it are mostly neighbors in space. The list keeps this order, so that a step works
-// on bodies that it has just had in its hands, whatever their numbers.
+// The present particles along a Morton curve through cells of about their size. Neighbors on the
+// curve are mostly neighbors in space. The neighbor list keeps this order, so that successive pairs
+// use bodies that are still in the cache.
 std::vector<int> morton_order(const Model& model, const Workspace& w, const State& s) {
   constexpr double kMost = (1 << 21) - 1;
   std::vector<KeyIndex> order;
@@ -52,10 +53,10 @@ std::vector<int> morton_order(const Model& model, const Workspace& w, const Stat
   return particles;
 }
 
-[[gnu::always_inline]] inline void fetch_body(const State& s, int i) {  // see prefetch.h
-  fetch(&s.motion[i].position);
-  fetch(&s.orientation[i]);
-  fetch(&s.margin[i]);
+[[gnu::always_inline]] inline void prefetch_body(const State& s, int i) {  // see prefetch.h
+  prefetch(&s.motion[i].position);
+  prefetch(&s.orientation[i]);
+  prefetch(&s.skin[i]);
 }
 
 double& lane(Vec4& q, std::size_t k) { return (&q.x)[k]; }
@@ -107,13 +108,13 @@ BoundingSpheres update_bounding_spheres(const Model& model, const Workspace& w, 
       lane(group.radius, p % kSize) = radius;
     };
     const Vec3& center = s.motion[i].position;
-    out.places[k] = {center.x(), center.y(), center.z(), s.margin[i]};
+    out.places[k] = {center.x(), center.y(), center.z(), s.skin[i]};
     Aabb& box = out.boxes[k];
     const std::size_t parts = shape.parts.size();
     for (std::size_t p = 0; p < parts; ++p) {
       const double radius = shape.parts[p].bounding_radius;
       const Vec3 c = center + rotation * shape.parts[p].center;
-      const Vec3 r = Vec3::Constant(radius + s.margin[i]);
+      const Vec3 r = Vec3::Constant(radius + s.skin[i]);
       box.lower = p == 0 ? Vec3(c - r) : Vec3(box.lower.cwiseMin(c - r));
       box.upper = p == 0 ? Vec3(c + r) : Vec3(box.upper.cwiseMax(c + r));
       put(p, c, radius);
@@ -124,7 +125,7 @@ BoundingSpheres update_bounding_spheres(const Model& model, const Workspace& w, 
                       [&](std::size_t begin, std::size_t end) {
                         for (std::size_t k = begin; k < end; ++k) {
                           if (k + kSpheresAhead < end)
-                            fetch_body(s, out.particle[k + kSpheresAhead]);
+                            prefetch_body(s, out.particle[k + kSpheresAhead]);
                           place(k);
                         }
                       });

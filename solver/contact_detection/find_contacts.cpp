@@ -12,7 +12,7 @@ namespace firn {
 
 namespace {
 
-// The gap of two parts as of a query: how long they may be left alone, m.
+// Motion that two parts with this gap allow before they must be queried again, m.
 double slack(double gap, const PairCoefficients& law) {
   return std::max(gap - law.contact_margin, law.contact_update_distance);
 }
@@ -23,7 +23,7 @@ double deepest(const PatchBuffer& found) {
   return -gap;
 }
 
-// Looks at pairs that are due, and searches for the contacts of those that have moved enough.
+// Tests the pairs that are due, and searches the contacts of those that have moved enough.
 class ContactSearch {
  public:
   ContactSearch(const Model& model, const Workspace& w, State& s, TaskScratch& scratch)
@@ -39,25 +39,26 @@ class ContactSearch {
   void test_pairs(const std::uint32_t* numbers, int count, const PairPoses& poses) {
     struct Found {
       int k;
-      double path, moved;
+      double bound, moved;
     } found[PairPoses::capacity + 1];
     int many = 0;
     for (int k = 0; k < count; ++k) {
       const Pair& pair = s_.pairs[numbers[k]];
       const PairMotionBound& motion_bound = s_.motion_bound[numbers[k]];
-      const double path = s_.path[pair.a] + s_.path[pair.b];
-      const double moved = motion_bound.moved + moved_since(pair, motion_bound, poses, k, path);
-      const double turn_left = turn_left_of(pair, motion_bound);
-      s_.next_test_distance[numbers[k]] = path + std::min(motion_bound.need - moved, turn_left);
+      const double bound = s_.translation_bound[pair.a] + s_.translation_bound[pair.b];
+      const double moved = motion_bound.moved + moved_since(pair, motion_bound, poses, k, bound);
+      const double rotation_left = rotation_left_of(pair, motion_bound);
+      s_.next_test_distance[numbers[k]] =
+          bound + std::min(motion_bound.test_distance - moved, rotation_left);
       found[many].k = k;
-      found[many].path = path;
+      found[many].bound = bound;
       found[many].moved = moved;
-      many += (moved >= motion_bound.need) | (turn_left <= 0);
+      many += (moved >= motion_bound.test_distance) | (rotation_left <= 0);
     }
     for (int i = 0; i < many; ++i) {
       PairToTest& due = scratch_.searched.emplace_back();
       due.pair = numbers[found[i].k];
-      due.path = found[i].path;
+      due.translation_bound = found[i].bound;
       due.moved = found[i].moved;
       poses.get_pose(found[i].k, due.pose);
     }
@@ -68,45 +69,50 @@ class ContactSearch {
     PairMotionBound& motion_bound = s_.motion_bound[due.pair];
     const PairCoefficients& law = w_.laws[pair.law];
     out.late_contacts = 0;
-    out.tunnelled = false;
-    const bool first_look = motion_bound.moved == 0 && motion_bound.need == 0;
-    const double part_need = query(pair, due.pose, law, due.moved, out);
+    out.tunneled = false;
+    const bool is_first_search = motion_bound.moved == 0 && motion_bound.test_distance == 0;
+    const double part_test_distance = query(pair, due.pose, law, due.moved, out);
     out.initial_penetration =
-        first_look ? deepest(out.found) - step_motion(model_, w_, s_, pair.a, pair.b) : 0;
+        is_first_search ? deepest(out.found) - step_motion(model_, w_, s_, pair.a, pair.b) : 0;
 
     motion_bound.moved = due.moved;
-    motion_bound.need = out.found.patches.empty()
-                            ? part_need
-                            : std::min(due.moved + law.contact_update_distance, part_need);
-    motion_bound.reference_path = due.path;
-    motion_bound.reference_turn = s_.turn[pair.a];
+    motion_bound.test_distance =
+        out.found.patches.empty()
+            ? part_test_distance
+            : std::min(due.moved + law.contact_update_distance, part_test_distance);
+    motion_bound.reference_translation_bound = due.translation_bound;
+    motion_bound.reference_rotation_bound = s_.rotation_bound[pair.a];
     std::copy_n(due.pose.rotation.data(), 9, motion_bound.reference_rotation);
     std::copy_n(due.pose.translation.data(), 3, motion_bound.reference_translation);
-    s_.next_test_distance[due.pair] = due.path + (motion_bound.need - due.moved);
+    s_.next_test_distance[due.pair] =
+        due.translation_bound + (motion_bound.test_distance - due.moved);
   }
 
  private:
-  // A bound on how far any point of b has moved relative to a since the reference pose: the smaller
-  // of the ways both have gone and of the displacement in a's axes. A boundary may be large: its
-  // own points say nothing about the contact.
+  // Upper bound of the displacement of any point of b relative to a since the reference pose, m.
+  // It is the smaller of two bounds: the sum of the path lengths of both bodies, and the
+  // displacement in a's axes. The second one is not used for a boundary. A boundary may be large,
+  // and its farthest point would make the bound useless at the contact.
   double moved_since(const Pair& pair, const PairMotionBound& motion_bound, const PairPoses& poses,
-                     int k, double path) const {
-    const double by_path = path - motion_bound.reference_path;
+                     int k, double bound) const {
+    const double by_bound = bound - motion_bound.reference_translation_bound;
     const bool is_particle = pair.b < n_;
     const double reach_b = w_.reach[model_.particles[is_particle ? pair.b : pair.a].shape];
     const double by_pose = poses.shift(k) + poses.turn(k) * reach_b;
-    return std::min(by_path, is_particle ? by_pose : by_path);
+    return std::min(by_bound, is_particle ? by_pose : by_bound);
   }
 
-  // World-fixed normals and arms also age when both bodies turn together, m.
-  double turn_left_of(const Pair& pair, const PairMotionBound& motion_bound) const {
-    const double left =
-        w_.laws[pair.law].contact_update_distance -
-        (s_.turn[pair.a] - motion_bound.reference_turn) * w_.reach[model_.particles[pair.a].shape];
+  // Rotation that is left before a search, as a distance, m. Normals and lever arms are stored in
+  // world axes, so they become outdated even when both bodies rotate together.
+  double rotation_left_of(const Pair& pair, const PairMotionBound& motion_bound) const {
+    const double left = w_.laws[pair.law].contact_update_distance -
+                        (s_.rotation_bound[pair.a] - motion_bound.reference_rotation_bound) *
+                            w_.reach[model_.particles[pair.a].shape];
     return select(pair.patch_count == 0, std::numeric_limits<double>::infinity(), left);
   }
 
-  // Returns when the next part that does not touch must be queried, in the measure of `moved`.
+  // Queries the due part pairs. Returns the least test distance of the part pairs that do not
+  // touch, as a value of PairMotionBound::moved.
   double query(const Pair& pair, const Pose& pose, const PairCoefficients& law, double moved,
                ContactSearchResult& out) {
     const Shape& shape_a = model_.shapes[model_.particles[pair.a].shape];
@@ -116,7 +122,7 @@ class ContactSearch {
     if (solids) sides.emplace(SideInput{model_, w_, s_, pair});
     std::size_t used = 0;
     PartPair* const parts = s_.part_pairs.data() + pair.first_part;
-    double need = find_due_parts({parts, pair.part_count}, moved);
+    double test_distance = find_due_parts({parts, pair.part_count}, moved);
     bool left_to_neighbor = false;
     for (const std::uint32_t k : scratch_.due_parts) {
       PartPair& p = parts[k];
@@ -129,18 +135,20 @@ class ContactSearch {
       c.radius_a = shape_a.parts[p.a].radius;
       c.radius_b = part_b ? part_b->radius : 0;
       collide_parts(shape_a.parts[p.a], part_b, p.cache, pose, law.contact_margin, c.manifold);
-      if (sides && (c.manifold.gap < 0 || p.touching || sides->fast()))
-        out.tunnelled |= !sides->keep(p, pose, law.contact_margin, c.manifold);
+      if (sides && (c.manifold.gap < 0 || p.touching || sides->needs_sweep()))
+        out.tunneled |= !sides->enforce_contact_side(p, pose, law.contact_margin, c.manifold);
       p.touching = c.manifold.points.empty() ? 0 : 1;
-      // A part that leaves its contact to the one beyond a seam takes it over as soon as that one
-      // loses it: it is queried whenever the pair is.
-      const bool at_seam = !p.touching && c.manifold.gap < law.contact_margin;
-      left_to_neighbor |= at_seam;
-      p.next_test_distance = moved + (p.touching || at_seam ? 0 : slack(c.manifold.gap, law));
-      if (!p.touching && !at_seam) need = std::min(need, p.next_test_distance);
+      // The contact at an internal face belongs to the adjacent part. This part gets the contact
+      // when the adjacent part loses it, so it is queried in every query of the pair.
+      const bool at_internal_face = !p.touching && c.manifold.gap < law.contact_margin;
+      left_to_neighbor |= at_internal_face;
+      p.next_test_distance =
+          moved + (p.touching || at_internal_face ? 0 : slack(c.manifold.gap, law));
+      if (!p.touching && !at_internal_face)
+        test_distance = std::min(test_distance, p.next_test_distance);
       used += p.touching;
     }
-    if (left_to_neighbor && used == 0) need = moved;
+    if (left_to_neighbor && used == 0) test_distance = moved;
     out.queries = static_cast<int>(scratch_.due_parts.size());
     const FlatSurfaces& surfaces_a = w_.surfaces[model_.particles[pair.a].shape];
     const FlatSurfaces& surfaces_b =
@@ -172,7 +180,7 @@ class ContactSearch {
     in.dt = model_.timestep;
     if (pair.b < n_) in.neighbors_b = model_.shapes[model_.particles[pair.b].shape].part_neighbors;
     out.late_contacts = build_patches(in, scratch_.patches, out.found);
-    return need;
+    return test_distance;
   }
 
   // Null: a plane.
@@ -184,32 +192,33 @@ class ContactSearch {
 
   // `b` null: the plane z = 0 of body b.
   static void collide_parts(const ConvexPart& a, const ConvexPart* b, GjkCache& cache,
-                            const Pose& pose, double shell, Manifold& out) {
+                            const Pose& pose, double contact_margin, Manifold& out) {
     if (b) {
-      collide(a, *b, pose, shell, cache, out);
+      collide(a, *b, pose, contact_margin, cache, out);
     } else {
       const Vec3 normal = pose.rotation.col(2);
-      collide_plane(a, normal, normal.dot(pose.translation), shell, out);
+      collide_plane(a, normal, normal.dot(pose.translation), contact_margin, out);
     }
   }
 
-  // Lists the parts to be queried, and returns when the first of the others will be. Without
-  // branches, as above.
+  // Lists the part pairs to be queried. Returns the least test distance of the other ones.
+  // Branch-free: the outcome is unpredictable.
   double find_due_parts(std::span<const PartPair> parts, double moved) const {
     std::vector<std::uint32_t>& due = scratch_.due_parts;
     due.resize(parts.size());
     std::size_t many = 0;
-    double need = std::numeric_limits<double>::infinity();
+    double test_distance = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < parts.size(); ++k) {
       const PartPair& p = parts[k];
       const bool is_due = (p.touching != 0) | (p.next_test_distance <= moved);
       due[many] = static_cast<std::uint32_t>(k);
       many += is_due;
-      need = std::min(select(is_due, std::numeric_limits<double>::infinity(), p.next_test_distance),
-                      need);
+      test_distance =
+          std::min(select(is_due, std::numeric_limits<double>::infinity(), p.next_test_distance),
+                   test_distance);
     }
     due.resize(many);
-    return need;
+    return test_distance;
   }
 
   const Model& model_;
@@ -227,7 +236,7 @@ constexpr double kInitialPenetration = 0.05;
 void check_fault(const Model& model, const Workspace& w, const State& s,
                  const ContactFault& fault) {
   const Pair& pair = s.pairs[fault.pair];
-  if (fault.tunnelled) {
+  if (fault.tunneled) {
     throw RunError(fmt::format(
         "{} has passed through {} at {:.6g} s, {:.4g} m a step: shorten the time step, or make "
         "the thin one thicker or the contact stiffer",
@@ -245,7 +254,7 @@ void check_fault(const Model& model, const Workspace& w, const State& s,
   }
 }
 
-// Stores what a look found in the pair's place.
+// Copies the result of a search into the arrays of the state, at the indices of the pair.
 void store(const PatchBuffer& f, Pair& pair, State& s) {
   const auto patches = static_cast<std::uint32_t>(f.patches.size());
   for (std::uint32_t k = 0; k < patches; ++k) {
@@ -262,7 +271,8 @@ bool fits(const PatchBuffer& f, const Pair& pair) {
   return f.patches.size() <= pair.patch_capacity && f.points.size() <= pair.point_capacity;
 }
 
-// Gives a pair that has overflowed its place another one at the end.
+// Moves a pair whose patches or points exceed its capacity to new elements at the end of the
+// arrays.
 void reallocate_patches(const PatchBuffer& f, Pair& pair, State& s) {
   const auto patches = static_cast<std::uint32_t>(f.patches.size());
   const auto points = static_cast<std::uint32_t>(f.points.size());
@@ -279,60 +289,62 @@ void reallocate_patches(const PatchBuffer& f, Pair& pair, State& s) {
   }
 }
 
-// Prefetches the data of pairs further down the list. They are scattered: waiting for them would
-// cost as much as the test itself. The pair has the indices of its bodies and contacts. Always
-// inlined, see prefetch.h.
-[[gnu::always_inline]] inline void fetch_pair(const State& s, std::uint32_t p) {
-  fetch(&s.pairs[p]);
-  fetch(&s.motion_bound[p]);
+// Prefetch the data of pairs further down the list. Their data are scattered: without prefetch, the
+// wait for memory costs as much as the test. prefetch_pair() must come first, because the pair
+// holds the indices of its bodies and contacts. Always inlined, see prefetch.h.
+[[gnu::always_inline]] inline void prefetch_pair(const State& s, std::uint32_t p) {
+  prefetch(&s.pairs[p]);
+  prefetch(&s.motion_bound[p]);
 }
-[[gnu::always_inline]] inline void fetch_bodies(const Model& model, const State& s,
-                                                std::uint32_t p) {
+[[gnu::always_inline]] inline void prefetch_bodies(const Model& model, const State& s,
+                                                   std::uint32_t p) {
   const Pair& pair = s.pairs[p];
   const int last = static_cast<int>(model.particles.size()) - 1;
   for (const std::int32_t body : {pair.a, pair.b}) {
-    fetch(&s.motion[body]);
-    fetch(&s.orientation[body]);
-    fetch(&model.particles[std::min(body, last)].shape);
+    prefetch(&s.motion[body]);
+    prefetch(&s.orientation[body]);
+    prefetch(&model.particles[std::min(body, last)].shape);
   }
-  fetch(&s.turn[pair.a]);
+  prefetch(&s.rotation_bound[pair.a]);
 }
-[[gnu::always_inline]] inline void fetch_contacts(const State& s, std::uint32_t p) {
+[[gnu::always_inline]] inline void prefetch_contacts(const State& s, std::uint32_t p) {
   constexpr std::size_t kPoints = 128;  // bytes: what most pairs have
   const Pair& pair = s.pairs[p];
-  fetch(s.part_pairs.data() + pair.first_part, pair.part_count);
-  fetch(s.patches.data() + pair.first_patch);
-  fetch_bytes(s.points.data() + pair.first_point, kPoints);
-  fetch(s.patch_details.data() + pair.first_patch);
+  prefetch(s.part_pairs.data() + pair.first_part, pair.part_count);
+  prefetch(s.patches.data() + pair.first_patch);
+  prefetch_bytes(s.points.data() + pair.first_point, kPoints);
+  prefetch(s.patch_details.data() + pair.first_patch);
 }
 
-// Finds the pairs of range `r` that are due. What the next range, if it is this task's, will read
-// for that is fetched meanwhile: so little is done with it that one would only wait for it.
+// Finds the pairs of range `r` that are due. Prefetches what the call for the range `next` will
+// read; null: the next range belongs to another task. The function computes little per pair, so
+// without prefetch it would wait for memory.
 void find_due_pairs(const Workspace& w, const State& s, std::size_t r, const PairBlock* next,
                     std::vector<std::uint32_t>& out) {
   const PairBlock& range = w.ranges[r];
   const std::size_t begin = r * kPairsPerBlock;
   const std::size_t end = std::min(s.pairs.size(), begin + kPairsPerBlock);
-  // Every body is in some seven pairs: its way is fetched from afar once.
-  double path[2 * kPairsPerBlock];
-  for (std::size_t k = 0; k < range.bodies.size(); ++k) path[k] = s.path[range.bodies[k]];
-  if (next) fetch(next->bodies.data(), next->bodies.size());
+  // A body is in about seven pairs of the range, but its bound is read from the state only once.
+  double bounds[2 * kPairsPerBlock];
+  for (std::size_t k = 0; k < range.bodies.size(); ++k)
+    bounds[k] = s.translation_bound[range.bodies[k]];
+  if (next) prefetch(next->bodies.data(), next->bodies.size());
   std::uint32_t due[kPairsPerBlock];
   std::size_t many = 0;
   constexpr std::size_t kSome = 16;
   std::size_t body = 0;
   for (std::size_t from = begin; from < end; from += kSome) {
     if (next) {
-      fetch(s.next_test_distance.data() + from + kPairsPerBlock, kSome);
-      fetch(next->locals.data() + (from - begin), kSome);
+      prefetch(s.next_test_distance.data() + from + kPairsPerBlock, kSome);
+      prefetch(next->locals.data() + (from - begin), kSome);
       for (; body < next->bodies.size() * (from - begin) / kPairsPerBlock; ++body)
-        fetch(&s.path[next->bodies[body]]);
+        prefetch(&s.translation_bound[next->bodies[body]]);
     }
     // Branch-free: the outcome is unpredictable.
     for (std::size_t p = from; p < std::min(from + kSome, end); ++p) {
       const auto [a, b] = range.locals[p - begin];
       due[many] = static_cast<std::uint32_t>(p);
-      many += s.next_test_distance[p] <= path[a] + path[b];
+      many += s.next_test_distance[p] <= bounds[a] + bounds[b];
     }
   }
   out.assign(due, due + many);
@@ -341,24 +353,25 @@ void find_due_pairs(const Workspace& w, const State& s, std::size_t r, const Pai
 // Tests the pairs that have reached their next test distance, several side by side.
 void test_due_pairs(const Model& model, const State& s, TaskScratch& scratch,
                     ContactSearch& search) {
-  constexpr std::size_t kFar = 16, kNear = 8;  // looks ahead
+  constexpr std::size_t kFar = 16, kNear = 8;  // pairs ahead
   const std::vector<std::uint32_t>& due = scratch.due;
   PairPoses poses;
   scratch.searched.clear();
-  for (std::size_t k = 0; k < std::min(kFar, due.size()); ++k) fetch_pair(s, due[k]);
-  for (std::size_t k = 0; k < std::min(kNear, due.size()); ++k) fetch_bodies(model, s, due[k]);
+  for (std::size_t k = 0; k < std::min(kFar, due.size()); ++k) prefetch_pair(s, due[k]);
+  for (std::size_t k = 0; k < std::min(kNear, due.size()); ++k) prefetch_bodies(model, s, due[k]);
   for (std::size_t k = 0; k < due.size(); k += PairPoses::capacity) {
     const std::size_t end = std::min(k + PairPoses::capacity, due.size());
-    for (std::size_t i = k + kFar; i < std::min(end + kFar, due.size()); ++i) fetch_pair(s, due[i]);
+    for (std::size_t i = k + kFar; i < std::min(end + kFar, due.size()); ++i)
+      prefetch_pair(s, due[i]);
     for (std::size_t i = k + kNear; i < std::min(end + kNear, due.size()); ++i)
-      fetch_bodies(model, s, due[i]);
+      prefetch_bodies(model, s, due[i]);
     poses.find(s, &due[k], static_cast<int>(end - k));
     search.test_pairs(&due[k], static_cast<int>(end - k), poses);
   }
 }
 
-// Fetches what the looks at the next range will read, a part of it with each of the searches in
-// this one: looks alone would only wait for it.
+// Prefetches the data for the pair tests of the next range. Each search in this range prefetches a
+// part of them. Without that, the tests would wait for memory.
 class PairPrefetcher {
  public:
   PairPrefetcher(const Model& model, const State& s, const TaskScratch& scratch)
@@ -368,16 +381,16 @@ class PairPrefetcher {
         some_(due_.size() / std::max<std::size_t>(scratch.searched.size(), 1) + 1) {}
 
   void advance() {
-    for (; bodies_ < pairs_; ++bodies_) fetch_bodies(model_, s_, due_[bodies_]);
+    for (; bodies_ < pairs_; ++bodies_) prefetch_bodies(model_, s_, due_[bodies_]);
     const std::size_t stop = std::min(pairs_ + some_, due_.size());
-    for (; pairs_ < stop; ++pairs_) fetch_pair(s_, due_[pairs_]);
+    for (; pairs_ < stop; ++pairs_) prefetch_pair(s_, due_[pairs_]);
   }
 
  private:
   const Model& model_;
   const State& s_;
   const std::vector<std::uint32_t>& due_;
-  std::size_t some_, pairs_ = 0, bodies_ = 0;  // so many are fetched
+  std::size_t some_, pairs_ = 0, bodies_ = 0;  // numbers of prefetched items
 };
 
 // Searches the contacts of those of a range's pairs that have moved enough.
@@ -390,20 +403,20 @@ void search_range(const Model& model, State& s, PairBlock& range, TaskScratch& s
   range.more_patches = range.more_points = 0;
   constexpr std::size_t kAhead = 4;  // searches
   const std::vector<PairToTest>& searched = scratch.searched;
-  PairPrefetcher looks_ahead(model, s, scratch);
+  PairPrefetcher prefetcher(model, s, scratch);
   for (std::size_t k = 0; k < std::min(kAhead, searched.size()); ++k)
-    fetch_contacts(s, searched[k].pair);
+    prefetch_contacts(s, searched[k].pair);
   ContactSearchResult& search = scratch.search;
   for (std::size_t k = 0; k < searched.size(); ++k) {
-    if (k + kAhead < searched.size()) fetch_contacts(s, searched[k + kAhead].pair);
-    looks_ahead.advance();
+    if (k + kAhead < searched.size()) prefetch_contacts(s, searched[k + kAhead].pair);
+    prefetcher.advance();
     const std::uint32_t p = searched[k].pair;
     contact_search.search(searched[k], search);
     Pair& pair = s.pairs[p];
     range.queries += search.queries;
     range.late_contacts += search.late_contacts;
-    if (search.tunnelled || search.initial_penetration > 0)
-      range.contact_faults.push_back({p, search.tunnelled, search.initial_penetration});
+    if (search.tunneled || search.initial_penetration > 0)
+      range.contact_faults.push_back({p, search.tunneled, search.initial_penetration});
     if (search.found.patches.empty() && pair.patch_count == 0) continue;
     ++range.contact_searches;
     range.more_patches += static_cast<std::int64_t>(search.found.patches.size()) - pair.patch_count;
@@ -415,7 +428,7 @@ void search_range(const Model& model, State& s, PairBlock& range, TaskScratch& s
     }
     const std::size_t kept = range.overflowed.size();
     range.overflowed.push_back(static_cast<std::uint32_t>(range.refreshed.size()));
-    range.refreshed.push_back({.pair = p});  // the rest when it has its place
+    range.refreshed.push_back({.pair = p});  // completed after reallocate_patches()
     if (range.found.size() == kept) range.found.emplace_back();
     std::swap(range.found[kept], search.found);
   }
@@ -439,8 +452,8 @@ void search_ranges(const Model& model, Workspace& w, State& s, std::size_t first
   }
 }
 
-// Closes the holes that pairs leave when they outgrow their places or lose touch. A bed that has
-// come to rest is walked through in every step: what lies close costs least.
+// Removes the holes in the arrays. A pair leaves a hole when it outgrows its capacity or loses its
+// contacts. Every step reads all patches, and contiguous patches are read fastest.
 void compact_patches(int threads, NeighborListBuffers& spare, State& s) {
   struct Sizes {
     std::size_t patches = 0, points = 0;
@@ -472,7 +485,7 @@ void compact_patches(int threads, NeighborListBuffers& spare, State& s) {
 }
 
 bool needs_compaction(const Workspace& w, const State& s) {
-  constexpr std::size_t kFew = 1000;  // not worth the while
+  constexpr std::size_t kFew = 1000;  // unused elements that are always accepted
   return s.patches.size() > static_cast<std::size_t>(w.patches + w.patches / 2) + kFew ||
          s.points.size() > static_cast<std::size_t>(w.points + w.points / 2) + 2 * kFew;
 }
@@ -485,7 +498,7 @@ void find_contacts(const Model& model, Workspace& w, State& s) {
       w.threads, w.ranges.size(), w.blocks_per_task,
       [&](std::size_t first, std::size_t last) { search_ranges(model, w, s, first, last); },
       &w.pair_shares);
-  // What must go in order: room at the end, and counts.
+  // Reallocations and counts depend on the order, so they are serial.
   for (PairBlock& range : w.ranges) {
     s.diagnostics.queries += range.queries;
     s.diagnostics.contact_searches += range.contact_searches;

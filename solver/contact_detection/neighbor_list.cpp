@@ -17,7 +17,7 @@ constexpr std::size_t kBodiesPerTask = 64;  // bodies a task
 
 // A quarter of the skin, and as much again for each time that a body is faster than the average;
 // at constant speed no body then needs a rebuild before the average body has moved a quarter.
-void set_margins(const Model& model, const Workspace& w, State& s) {
+void set_skins(const Model& model, const Workspace& w, State& s) {
   constexpr double kWidest = 2;  // skins
   const std::size_t n = model.particles.size();
   const auto speed = [&](std::size_t i) {
@@ -33,19 +33,19 @@ void set_margins(const Model& model, const Workspace& w, State& s) {
   }
   if (present > 0) mean /= static_cast<double>(present);
   const double base = 0.25 * w.skin;
-  for (std::size_t i = 0; i < s.path.size(); ++i) {
+  for (std::size_t i = 0; i < s.translation_bound.size(); ++i) {
     const bool moves = i < n && s.presence[i] == Presence::present && mean > 0;
-    s.margin[i] = moves ? std::min(base * (1 + speed(i) / mean), kWidest * w.skin) : 2 * base;
-    s.rebuild_distance[i] = s.path[i] + s.margin[i];
+    s.skin[i] = moves ? std::min(base * (1 + speed(i) / mean), kWidest * w.skin) : 2 * base;
+    s.rebuild_distance[i] = s.translation_bound[i] + s.skin[i];
   }
 }
 
-// Where the pairs of the present list are.
+// Indices of the pairs in the present list.
 class PreviousPairs {
  public:
   PreviousPairs(const HugePageVector<Pair>& pairs, std::size_t bodies, int threads)
       : first_(bodies + 1, 0), partners_(pairs.size()) {
-    // The order of a body's partners is of no meaning.
+    // The order of a body's partners has no effect.
     const auto add_one = [&](std::uint32_t& x) {
       return threads > 1 ? std::atomic_ref(x).fetch_add(1, std::memory_order_relaxed) : x++;
     };
@@ -68,9 +68,9 @@ class PreviousPairs {
     return CandidatePair::kNew;
   }
   // What find() reads, in this order.
-  [[gnu::always_inline]] void fetch_first(int a) const { fetch(&first_[a]); }
-  [[gnu::always_inline]] void fetch_partners(int a) const {
-    fetch(partners_.data() + first_[a], first_[a + 1] - first_[a]);
+  [[gnu::always_inline]] void prefetch_first(int a) const { prefetch(&first_[a]); }
+  [[gnu::always_inline]] void prefetch_partners(int a) const {
+    prefetch(partners_.data() + first_[a], first_[a + 1] - first_[a]);
   }
 
  private:
@@ -82,13 +82,13 @@ class PreviousPairs {
   std::vector<Partner> partners_;
 };
 
-// A boundary that is there.
+// A present boundary.
 struct Wall {
   int boundary;
   Pose pose;  // of its axes in the world
   // m, world: a body has no part near the boundary if its center is farther from this box than
-  // sqrt(3) times its reach, as far as the corners of boxes that are looked up in the boundary's
-  // axes. A plane's has no end.
+  // sqrt(3) times its reach, the distance of the corners of the boxes that are searched in the
+  // boundary's axes. A plane's has no end.
   Aabb box;
 };
 
@@ -106,14 +106,14 @@ std::vector<Wall> present_walls(const Model& model, const Workspace& w, const St
       const Aabb& bounds = w.trees[b]->bounds();
       center = wall.pose * (0.5 * (bounds.lower + bounds.upper));
       half = wall.pose.rotation.cwiseAbs() * (0.5 * (bounds.upper - bounds.lower));
-      half.array() += std::sqrt(3.0) * s.margin[n + b] + kRounding;
+      half.array() += std::sqrt(3.0) * s.skin[n + b] + kRounding;
     }
     wall.box = {center - half, center + half};
   }
   return walls;
 }
 
-// Those that bodies of a stretch may be near.
+// Boundaries that may be near a body with index in [begin, end).
 std::vector<const Wall*> near_walls(const std::vector<Wall>& walls, const Model& model,
                                     const State& s, const BoundingSpheres& spheres,
                                     std::size_t begin, std::size_t end) {
@@ -121,14 +121,14 @@ std::vector<const Wall*> near_walls(const std::vector<Wall>& walls, const Model&
            Vec3::Constant(-std::numeric_limits<double>::infinity())};
   for (std::size_t k = begin; k < end; ++k) {
     const int i = spheres.particle[k];
-    const double reach = spheres.reach[model.particles[i].shape] + s.margin[i];
+    const double reach = spheres.reach[model.particles[i].shape] + s.skin[i];
     const Vec3 far = Vec3::Constant(std::sqrt(3.0) * reach);
     box.lower = box.lower.cwiseMin(s.motion[i].position - far);
     box.upper = box.upper.cwiseMax(s.motion[i].position + far);
   }
   std::vector<const Wall*> near;
   for (const Wall& wall : walls)
-    if (wall.box.meets(box)) near.push_back(&wall);
+    if (wall.box.overlaps(box)) near.push_back(&wall);
   return near;
 }
 
@@ -162,12 +162,12 @@ class PairFinder {
     const int a = spheres_.particle[i], b = n_ + boundary;
     const int shape = model_.particles[a].shape;
     const Pose& pose = wall.pose;
-    const double all_of_a = spheres_.reach[shape] + s_.margin[a] + s_.margin[b] + kRounding;
+    const double all_of_a = spheres_.reach[shape] + s_.skin[a] + s_.skin[b] + kRounding;
     const Vec3 center = pose.rotation.transpose() * (s_.motion[a].position - pose.translation);
     if (w_.trees[boundary]) {
       const Aabb& bounds = w_.trees[boundary]->bounds();
       const Vec3 all = Vec3::Constant(all_of_a);
-      if (!bounds.meets({center - all, center + all})) return;
+      if (!bounds.overlaps({center - all, center + all})) return;
     } else if (center.z() > all_of_a) {
       return;
     }
@@ -175,7 +175,7 @@ class PairFinder {
     const std::vector<ConvexPart>& parts = model_.shapes[shape].parts;
     for (std::uint32_t k = 0; k < parts.size(); ++k) {
       const Vec3 c = pose.rotation.transpose() * (spheres_.center(i, k) - pose.translation);
-      const double reach = parts[k].bounding_radius + s_.margin[a] + s_.margin[b];
+      const double reach = parts[k].bounding_radius + s_.skin[a] + s_.skin[b];
       if (model_.boundaries[boundary].kind == Boundary::Kind::plane) {
         if (c.z() < reach) parts_.push_back({k, 0});
         continue;
@@ -212,17 +212,17 @@ void match_previous_pairs(const State& s, const PreviousPairs& old_pairs,
                           NeighborListChunk& piece) {
   constexpr std::size_t kAhead = 16;  // pairs
   const std::size_t count = piece.pairs.size();
-  for (const CandidatePair& pair : piece.pairs) old_pairs.fetch_first(pair.a);
+  for (const CandidatePair& pair : piece.pairs) old_pairs.prefetch_first(pair.a);
   for (std::size_t k = 0; k < count; ++k) {
-    if (k + kAhead < count) old_pairs.fetch_partners(piece.pairs[k + kAhead].a);
+    if (k + kAhead < count) old_pairs.prefetch_partners(piece.pairs[k + kAhead].a);
     CandidatePair& pair = piece.pairs[k];
     pair.old = old_pairs.find(pair.a, pair.b);
-    if (pair.old != CandidatePair::kNew) fetch(&s.pairs[pair.old]);
+    if (pair.old != CandidatePair::kNew) prefetch(&s.pairs[pair.old]);
   }
   piece.size = {count, piece.parts.size(), 0, 0};
   for (std::size_t k = 0; k < count; ++k) {
     if (k + kAhead < count && piece.pairs[k + kAhead].old != CandidatePair::kNew)
-      fetch(s.patches.data() + s.pairs[piece.pairs[k + kAhead].old].first_patch);
+      prefetch(s.patches.data() + s.pairs[piece.pairs[k + kAhead].old].first_patch);
     if (piece.pairs[k].old == CandidatePair::kNew) continue;
     const Pair& old = s.pairs[piece.pairs[k].old];
     piece.size.patches += old.patch_count;
@@ -230,7 +230,7 @@ void match_previous_pairs(const State& s, const PreviousPairs& old_pairs,
   }
 }
 
-// Writes a piece into its place in the new list, taking over what the old one knew.
+// Writes a chunk into the new list. Pairs of the old list keep their motion bounds and contacts.
 class ListWriter {
  public:
   ListWriter(const State& s, const NeighborListChunk& piece, NeighborListBuffers& list)
@@ -244,11 +244,12 @@ class ListWriter {
     pair.first_part = static_cast<std::uint32_t>(at_.parts);
     pair.part_count = found.part_count;
     PairMotionBound motion_bound;
-    double next_test_distance = s_.path[pair.a] + s_.path[pair.b];  // look at once
+    double next_test_distance =
+        s_.translation_bound[pair.a] + s_.translation_bound[pair.b];  // test now
     if (found.old == CandidatePair::kNew) {
       copy_parts({parts, found.part_count}, {}, 0);
-      motion_bound.reference_path = next_test_distance;
-      motion_bound.reference_turn = s_.turn[pair.a];
+      motion_bound.reference_translation_bound = next_test_distance;
+      motion_bound.reference_rotation_bound = s_.rotation_bound[pair.a];
       const Pose pose = relative_pose(s_, pair.a, pair.b);
       std::copy_n(pose.rotation.data(), 9, motion_bound.reference_rotation);
       std::copy_n(pose.translation.data(), 3, motion_bound.reference_translation);
@@ -257,7 +258,7 @@ class ListWriter {
       motion_bound = s_.motion_bound[found.old];
       const std::span old_parts(s_.part_pairs.data() + old.first_part, old.part_count);
       if (copy_parts({parts, found.part_count}, old_parts, motion_bound.moved)) {
-        motion_bound.need = motion_bound.moved;
+        motion_bound.test_distance = motion_bound.moved;
       } else {
         next_test_distance = s_.next_test_distance[found.old];
       }
@@ -270,7 +271,8 @@ class ListWriter {
   }
 
  private:
-  // Both ascending. True when there are parts that the old list does not have.
+  // Copies part pairs that are in the old list and initializes the others. Both lists are
+  // ascending. Returns true when there are new part pairs.
   bool copy_parts(std::span<const PartNumbers> parts, std::span<const PartPair> old, double moved) {
     bool is_new = false;
     auto known = old.begin();
@@ -298,7 +300,7 @@ class ListWriter {
   ListSizes at_;
 };
 
-// Puts the pieces one behind the other: the list that one piece would have been.
+// Concatenates the chunks. The list does not depend on the division into chunks.
 void write_list(std::vector<NeighborListChunk>& pieces, int threads, NeighborListBuffers& spare,
                 State& s) {
   ListSizes all;
@@ -335,8 +337,8 @@ bool must_rebuild(const Model& model, const Workspace& w, const State& s) {
   for (const char leaves : w.needs_rebuild) {
     if (leaves) return true;
   }
-  for (std::size_t i = model.particles.size(); i < s.path.size(); ++i) {
-    if (s.path[i] > s.rebuild_distance[i]) return true;
+  for (std::size_t i = model.particles.size(); i < s.translation_bound.size(); ++i) {
+    if (s.translation_bound[i] > s.rebuild_distance[i]) return true;
   }
   return false;
 }
@@ -346,7 +348,7 @@ bool must_rebuild(const Model& model, const Workspace& w, const State& s) {
 void update_neighbor_list(const Model& model, Workspace& w, State& s) {
   if (!must_rebuild(model, w, s)) return;
   check_step_lengths(model, w, s);
-  set_margins(model, w, s);
+  set_skins(model, w, s);
   const BoundingSpheres spheres = update_bounding_spheres(model, w, s);
   const int threads = w.threads;
   const AabbOverlaps neighbors = find_aabb_overlaps(spheres.boxes, threads);
@@ -363,7 +365,7 @@ void update_neighbor_list(const Model& model, Workspace& w, State& s) {
     for (std::size_t i = begin; i < end; ++i) {
       if (i + 2 < end) {
         const std::span<const std::int32_t> later = neighbors.of(i + 2);
-        fetch(later.data(), later.size());
+        prefetch(later.data(), later.size());
       }
       for (const std::int32_t j : neighbors.of(i))
         pairs.add_particles(i, static_cast<std::size_t>(j));

@@ -10,11 +10,11 @@ namespace firn {
 
 namespace {
 
-// Overlaps deeper than this part of both thicknesses are watched: at a half of them the shortest
-// way out may lead through to the far side, or over a cut to a neighbor.
+// Overlaps deeper than this fraction of the combined thickness are checked. From a half of it on,
+// the minimum translation vector may lead to the far side, or through an internal face to an
+// adjacent part.
 constexpr double kWatched = 0.25;
-constexpr double kSameSide =
-    0.7;  // cosine: as far as a patch hands on its memory (patch_builder.cpp)
+constexpr double kSameSide = 0.7;  // cosine, kSameHistory of patch_history.cpp
 constexpr double kOtherSide = -0.5;
 
 std::uint64_t bit(std::uint32_t part) { return std::uint64_t{1} << (part & 63u); }
@@ -41,7 +41,7 @@ TunnelingGuard::TunnelingGuard(const SideInput& input) : in_(input) {
   const double thick_b =
       pair.b < n ? w.thinnest[model.particles[pair.b].shape] : w.thinnest[w.shapes + pair.b - n];
   motion_ = step_motion(model, w, s, pair.a, pair.b);
-  fast_ = motion_ > kWatched * (thick_a + thick_b);
+  needs_sweep_ = motion_ > kWatched * (thick_a + thick_b);
 }
 
 const ConvexPart& TunnelingGuard::part_b(std::uint32_t index) const {
@@ -51,7 +51,7 @@ const ConvexPart& TunnelingGuard::part_b(std::uint32_t index) const {
                : in_.model.boundaries[b - n].parts[index];
 }
 
-// The placement of b's axes in a's a while before now, within the present step.
+// Pose of b's axes in a's axes, `seconds` before the end of the present step.
 Pose TunnelingGuard::pose_before(double seconds) const {
   const State& s = in_.state;
   const auto place = [&](int body) {
@@ -69,18 +69,18 @@ Pose TunnelingGuard::pose_before(double seconds) const {
           a.rotation.transpose() * (b.translation - a.translation)};
 }
 
-// The masks of a patch repeat after 64 parts, as many as a boundary with more may have. True when a
-// patch that may be of this part lies on it: one of its points is within the part, but for half the
-// gap there and the way of a step.
+// True when the patch is on part `b`: one of its points is in the part, with a tolerance of half
+// the gap, the contact margin and the motion within a step. Needed for boundaries of more than 64
+// parts, because the masks of a patch hold the part number modulo 64.
 bool TunnelingGuard::covers_part(const ContactPatch& patch, const ConvexPart& b) const {
   const State& s = in_.state;
   const Mat3 axes = rotation_of(s, in_.pair.b);
   const Vec3 place = s.motion[in_.pair.a].position + patch.arm - s.motion[in_.pair.b].position;
-  const double shell = in_.workspace.laws[in_.pair.law].contact_margin;
+  const double contact_margin = in_.workspace.laws[in_.pair.law].contact_margin;
   for (std::uint32_t i = patch.first_point; i < patch.first_point + patch.point_count; ++i) {
     const ContactPoint& point = s.points[i];
     const Vec3 at = axes.transpose() * (place + point.offset);
-    const double near = 0.5 * std::abs(point.gap) + shell + motion_;
+    const double near = 0.5 * std::abs(point.gap) + contact_margin + motion_;
     if (std::ranges::all_of(b.faces, [&](const ConvexPart::Face& face) {
           return face.normal.dot(at) - face.offset <= near;
         })) {
@@ -90,8 +90,8 @@ bool TunnelingGuard::covers_part(const ContactPatch& patch, const ConvexPart& b)
   return false;
 }
 
-// Calls visit(patch) for those of the last look that bear a force on the same parts, or on their
-// neighbors too.
+// Calls visit(patch) for each patch of the last search that is loaded and is on the same parts.
+// `neighbors`: also on adjacent parts.
 template <class Visit>
 void TunnelingGuard::for_each_patch(const PartPair& parts, bool neighbors,
                                     const Visit& visit) const {
@@ -114,7 +114,7 @@ void TunnelingGuard::for_each_patch(const PartPair& parts, bool neighbors,
   }
 }
 
-// The one of these patches whose normal is nearest to `normal` (world); null without any.
+// The patch of for_each_patch() whose normal is closest to `normal` (world). Null: no patch.
 const ContactPatch* TunnelingGuard::nearest(const PartPair& parts, bool neighbors,
                                             const Vec3& normal) const {
   const ContactPatch* best = nullptr;
@@ -127,8 +127,8 @@ const ContactPatch* TunnelingGuard::nearest(const PartPair& parts, bool neighbor
 // Conservative advancement over the present step: true when the parts were apart at its beginning
 // and met at the fraction `at` of it, with the normal (axes of body a, from a to b) of the gap
 // that closed there.
-bool TunnelingGuard::entry(const ConvexPart& a, const ConvexPart& b, Vec3& normal,
-                           double& at) const {
+bool TunnelingGuard::sweep_pair(const ConvexPart& a, const ConvexPart& b, Vec3& normal,
+                                double& at) const {
   constexpr int kTries = 64;
   const double radii = a.radius + b.radius, dt = in_.model.timestep;
   const double touching = 1e-3 * watched_depth(a, b);
@@ -147,9 +147,9 @@ bool TunnelingGuard::entry(const ConvexPart& a, const ConvexPart& b, Vec3& norma
   return true;
 }
 
-// What entered over one piece and is past its cut at the end of the step lies in pieces that it
-// came to through their cuts: each of them says that a neighbor has the contact. The piece that
-// was met first gives the side.
+// Finds the side of contact from the part that was hit first in this step. A body that enters
+// through one part and crosses an internal face within the step ends in parts that it entered
+// through internal faces. Each of these parts leaves the contact to its neighbor.
 bool TunnelingGuard::find_first_impact(const PartPair& parts, Vec3& side) const {
   const auto& [model, w, s, pair] = in_;
   const Shape& shape_a = model.shapes[model.particles[pair.a].shape];
@@ -161,7 +161,7 @@ bool TunnelingGuard::find_first_impact(const PartPair& parts, Vec3& side) const 
     if (!near) continue;
     Vec3 normal;
     double at;
-    if (!entry(shape_a.parts[other.a], part_b(other.b), normal, at) || at >= first) continue;
+    if (!sweep_pair(shape_a.parts[other.a], part_b(other.b), normal, at) || at >= first) continue;
     first = at;
     side = normal;
   }
@@ -182,53 +182,56 @@ bool TunnelingGuard::penetrates_during_step(const ConvexPart& a, const ConvexPar
   return false;
 }
 
-bool TunnelingGuard::keep(const PartPair& parts, const Pose& b_in_a, double shell,
-                          Manifold& m) const {
+bool TunnelingGuard::enforce_contact_side(const PartPair& parts, const Pose& b_in_a,
+                                          double contact_margin, Manifold& m) const {
   const auto& [model, w, s, pair] = in_;
   const ConvexPart& a = model.shapes[model.particles[pair.a].shape].parts[parts.a];
   const ConvexPart& b = part_b(parts.b);
   const Mat3 axes = rotation_of(s, pair.a);
   const double watched = watched_depth(a, b);
   const bool deep = -m.gap > watched;
-  // Cores that overlap, and no contact: it went to the neighbor over a cut, by which the shortest
-  // way out leads. The neighbor may say the same of this part.
+  // Overlapping cores without contact points: the minimum translation vector leads through an
+  // internal face, so the contact was left to the adjacent part. The adjacent part may leave it to
+  // this part.
   const bool dropped = m.points.empty() && -m.gap > a.radius + b.radius;
   if (const ContactPatch* own = nearest(parts, false, axes * m.normal)) {
     const Vec3 side = axes.transpose() * own->normal;
     const double cosine = side.dot(m.normal);
     if (!dropped && (cosine > kSameSide || (cosine > 0 && !deep))) return true;
     if (m.gap >= 0)
-      return cosine > kOtherSide && !(fast_ && penetrates_during_step(a, b, 0, watched));
-    collide_with_side_hint(a, b, b_in_a, side, shell, m);
+      return cosine > kOtherSide && !(needs_sweep_ && penetrates_during_step(a, b, 0, watched));
+    collide_with_side_hint(a, b, b_in_a, side, contact_margin, m);
     return true;
   }
-  if (!deep && !dropped && !fast_) return true;
+  if (!deep && !dropped && !needs_sweep_) return true;
   Vec3 side;
   double at;
-  if (entry(a, b, side, at) && !normal_exits_internal_face(a, side) &&
+  if (sweep_pair(a, b, side, at) && !normal_exits_internal_face(a, side) &&
       !normal_exits_internal_face(b, -(b_in_a.rotation.transpose() * side))) {
     const double cosine = side.dot(m.normal);
     if (m.gap >= 0) return cosine > kOtherSide && !penetrates_during_step(a, b, at, watched);
-    if (dropped || cosine < kSameSide) collide_with_side_hint(a, b, b_in_a, side, shell, m);
+    if (dropped || cosine < kSameSide)
+      collide_with_side_hint(a, b, b_in_a, side, contact_margin, m);
     return true;
   }
   if (!deep && !dropped) return true;
   const ContactPatch* like = nearest(parts, true, axes * m.normal);
   if (!like) {
     if (dropped && find_first_impact(parts, side))
-      collide_with_side_hint(a, b, b_in_a, side, shell, m);
+      collide_with_side_hint(a, b, b_in_a, side, contact_margin, m);
     return true;
   }
   if (!dropped && (axes.transpose() * like->normal).dot(m.normal) >= kSameSide) return true;
-  // A close patch selects the side. Of several, as in a corner, the one with the least penetration
-  // is used. A side on which this part is far deeper than that patch is rejected.
+  // Tries the side of each loaded patch on these or adjacent parts, of which there are several in a
+  // corner, and uses the one with the least penetration. A side is rejected if this part is far
+  // deeper there than the patch.
   Manifold best, tried;
   for_each_patch(parts, true, [&](const ContactPatch& patch) {
     double depth = watched;
     for (std::uint32_t i = patch.first_point; i < patch.first_point + patch.point_count; ++i) {
       depth = std::max(depth, watched - in_.state.points[i].gap);
     }
-    collide_with_side_hint(a, b, b_in_a, axes.transpose() * patch.normal, shell, tried);
+    collide_with_side_hint(a, b, b_in_a, axes.transpose() * patch.normal, contact_margin, tried);
     if (-tried.gap <= depth && (best.points.empty() || tried.gap > best.gap))
       std::swap(best, tried);
   });
@@ -238,7 +241,7 @@ bool TunnelingGuard::keep(const PartPair& parts, const Pose& b_in_a, double shel
 
 void check_step_lengths(const Model& model, const Workspace& w, const State& s) {
   const std::size_t n = model.particles.size();
-  double walls = 0;  // m, the most that a point of a boundary moves
+  double walls = 0;  // m/s, maximum speed of a point of a boundary
   for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
     if (!s.boundary_present[b] || model.boundaries[b].kind == Boundary::Kind::plane) continue;
     const BodyMotion& m = s.motion[n + b];

@@ -23,12 +23,13 @@ class TunnelingGuard {
 
   // True when the motion within a step exceeds the overlap at which the side of entry is still
   // certain.
-  bool fast() const { return fast_; }
+  bool needs_sweep() const { return needs_sweep_; }
 
-  // Call for every part pair that overlaps or had points, and for all when fast(). Recomputes the
-  // contact when it is not on the side where the parts met. Returns false when the parts have
-  // passed through each other.
-  bool keep(const PartPair& parts, const Pose& b_in_a, double shell, Manifold& m) const;
+  // Call for every part pair that overlaps or had points, and for all when needs_sweep().
+  // Recomputes the contact when it is not on the side where the parts met. Returns false when the
+  // parts have passed through each other.
+  bool enforce_contact_side(const PartPair& parts, const Pose& b_in_a, double contact_margin,
+                            Manifold& m) const;
 
   // A bound on how far any two points of the bodies move relative to each other in a step, m.
   double motion() const { return motion_; }
@@ -40,14 +41,14 @@ class TunnelingGuard {
   template <class Visit>
   void for_each_patch(const PartPair& parts, bool neighbors, const Visit& visit) const;
   const ContactPatch* nearest(const PartPair& parts, bool neighbors, const Vec3& normal) const;
-  bool entry(const ConvexPart& a, const ConvexPart& b, Vec3& normal, double& at) const;
+  bool sweep_pair(const ConvexPart& a, const ConvexPart& b, Vec3& normal, double& at) const;
   bool find_first_impact(const PartPair& parts, Vec3& side) const;
   bool penetrates_during_step(const ConvexPart& a, const ConvexPart& b, double from,
                               double deep) const;
 
   SideInput in_;
   double motion_ = 0;
-  bool fast_ = false;
+  bool needs_sweep_ = false;
 };
 
 // The motion bound of TunnelingGuard for any pair, planes included, m.

@@ -12,9 +12,9 @@
 
 namespace firn {
 
-// Memory of an array, begun on a page of 2 MB and asked for in such, as far as it fills at least a
-// quarter of each: with small pages, address translation would cost more than reading the array.
-// Without huge pages, results are the same.
+// Allocates arrays in pages of 2 MB if the array fills at least a quarter of each page. With small
+// pages, address translation would cost more than reading the array. Results do not depend on the
+// page size.
 template <class T>
 struct HugePageAllocator {
   using value_type = T;

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 
-// The thread sanitizer does not see what Debian's oneTBB does to hand work over, and would take
-// everything that two threads touch in turn for a race.
+// Debian's oneTBB is built without thread sanitizer, which therefore does not see how oneTBB passes
+// work to threads. It would report data races that do not exist. Builds with the sanitizer use
+// std::jthread instead.
 #ifdef __SANITIZE_THREAD__
 #include <atomic>
 #include <thread>
@@ -47,7 +48,7 @@ void assign_tasks(int threads, std::size_t ranges, const One& one, TaskAffinity*
 
 void sort_shared(int, std::vector<KeyIndex>& list) { std::sort(list.begin(), list.end()); }
 #else
-// An arena of as many threads as asked for, also where there are fewer cores.
+// Arena with the requested number of threads, even if there are fewer cores.
 tbb::task_arena& arena_of(int threads) {
   static thread_local std::unique_ptr<tbb::global_control> allowed;
   static thread_local std::unique_ptr<tbb::task_arena> arena;
@@ -66,7 +67,7 @@ template <class One>
 void assign_tasks(int threads, std::size_t ranges, const One& one, TaskAffinity* shares) {
   const std::size_t from = 0;
   arena_of(threads).execute([&] {
-    if (ranges <= static_cast<std::size_t>(threads)) {  // one for each, sent to it at once
+    if (ranges <= static_cast<std::size_t>(threads)) {  // at most one range for each thread
       tbb::parallel_for(from, ranges, one, tbb::static_partitioner());
     } else if (shares) {
       tbb::parallel_for(from, ranges, one, (**shares).partitioner);

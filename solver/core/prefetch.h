@@ -12,25 +12,25 @@ namespace firn {
 // is read within a microsecond.
 enum class Cache { first, second };
 
-// Every line of the cache that these bytes may lie on. Always inlined, as the compiler takes calls
-// of functions that do nothing but fetch for idle, and drops them.
+// Prefetches every cache line of these bytes. Always inlined: the compiler removes calls of
+// functions that only prefetch, because it sees no effect.
 template <Cache cache = Cache::second>
-[[gnu::always_inline]] inline void fetch_bytes(const void* from, std::size_t bytes,
-                                               std::size_t alignment = 8) {
+[[gnu::always_inline]] inline void prefetch_bytes(const void* from, std::size_t bytes,
+                                                  std::size_t alignment = 8) {
   constexpr std::size_t kLine = 64;
-  // A number, as an empty array has no place to count from.
+  // An integer, because pointer arithmetic on the null pointer of an empty array is undefined.
   const auto at = reinterpret_cast<std::uintptr_t>(from);
   const auto get = [&](std::size_t k) __attribute__((always_inline)) {
     // NOLINTNEXTLINE(performance-no-int-to-ptr): nothing is read through it.
     __builtin_prefetch(reinterpret_cast<const void*>(at + k), 0, cache == Cache::first ? 3 : 2);
   };
   for (std::size_t k = 0; k < bytes; k += kLine) get(k);
-  const std::size_t rest = (bytes - 1) % kLine;  // behind the last of these
+  const std::size_t rest = (bytes - 1) % kLine;  // from the last prefetched address to the end
   if (rest >= std::min(alignment, kLine)) get(bytes - 1);
 }
 template <Cache cache = Cache::second, class T>
-[[gnu::always_inline]] inline void fetch(const T* from, std::size_t count = 1) {
-  fetch_bytes<cache>(from, count * sizeof(T), alignof(T));
+[[gnu::always_inline]] inline void prefetch(const T* from, std::size_t count = 1) {
+  prefetch_bytes<cache>(from, count * sizeof(T), alignof(T));
 }
 
 }  // namespace firn

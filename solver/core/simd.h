@@ -47,12 +47,15 @@ inline int select(bool yes, int a, int b) {
   return (a & mask) | (b & ~mask);
 }
 
-// Three numbers and a fourth one, in one wide register.
+// Three numbers and a fourth one, loaded into one wide register.
 struct alignas(32) Vec4 {
   double x, y, z, w;
 };
-// The register, and its type in memory without alignment. Never passed by value: sources compiled
-// without AVX would warn. (std::memcpy would move it in halves, which a wide load then waits for.)
+// Four doubles in one register, and its type in memory without alignment. The types are GCC's
+// vector extensions and not those of a SIMD library, because one source then compiles for SSE2 and
+// AVX2: Highway 1.0.3 and xsimd 8.1 have no type of four doubles without AVX. Never passed by
+// value, because sources compiled without AVX would warn. Copied by these types and not by
+// std::memcpy, which moves halves, so that a later wide load must wait.
 using Simd4d = double __attribute__((vector_size(32)));
 using UnalignedSimd4d __attribute__((vector_size(32), aligned(8), may_alias)) = double;
 [[gnu::always_inline]] inline void get(const void* from, Simd4d& v) {

@@ -1,4 +1,4 @@
-// Vectors, quaternions and rotations of Lanes::size bodies side by side, by component.
+// Vectors, quaternions and rotations of Simd8d::size bodies side by side, by component.
 #pragma once
 
 #include "solver/core/simd.h"
@@ -12,7 +12,7 @@ struct Columns4 {
   Simd8d x, y, z, w;
 };
 
-// row_of(number, row) gets the row of each of Lanes::size numbers.
+// row_of(number, row) gets the row of each of Simd8d::size numbers.
 template <class RowOf>
 [[gnu::always_inline]] inline void gather(const std::size_t* numbers, const RowOf& row_of,
                                           Columns4& out) {

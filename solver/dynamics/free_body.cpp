@@ -7,19 +7,19 @@
 namespace firn {
 namespace {
 
-// So near to a stop a coordinate is on it.
+// A coordinate within this distance of a joint limit is at the limit; relative to 1 + |coordinate|.
 constexpr double kAtStop = 1e-12;
 
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxJoints, kMaxJoints>;
 using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxJoints, 1>;
 using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxJoints>;
 
-// Rates that are found by repetition differ by less than this part from one to the next.
+// An iteration of rates has converged when their relative change is below this.
 constexpr double kSame = 1e-15;
 constexpr int kMostRepetitions = 60;
 
-// What unit rates do to the center of mass, and the inertia against them. Turning freely counts
-// along the parent's axes.
+// Velocities of the body at unit rates, and the mass matrix. The axes of free rotation are those of
+// the parent.
 struct Axes {
   Columns velocity, angular_velocity;  // m/s and rad/s for each rate
   Mat3 inertia = Mat3::Zero();         // kg m^2, world axes
@@ -53,14 +53,14 @@ Vector rates(const FreeBodyMotion& m, Eigen::Index n) {
   return Eigen::Map<const Vector>(m.rate, n);
 }
 
-// But for rounding.
+// Equal within rounding.
 bool is_at(double rate, double wanted) {
   return std::abs(rate - wanted) <= 1e-9 * std::abs(wanted) + 1e-12;
 }
 
 bool is_rotation(const Joint& axis) { return axis.kind == Joint::Kind::rotation; }
 
-// The inertia against the axes does not change with the place, as seen from the parent.
+// True when the mass matrix in the axes of the parent does not depend on the coordinates.
 bool has_constant_inertia(const FreeBody& body) {
   if (body.free_rotation) return false;
   const bool turns = std::ranges::any_of(body.joints, is_rotation);
@@ -88,8 +88,8 @@ Matrix response(const FreeBody& body, const Matrix& mass, double h) {
   return to_rates * gain.asDiagonal() * to_rates.transpose();
 }
 
-// Generalized forces by contacts, gravity and inertia at these rates. Accelerations count at
-// constant rates; where the inertia changes with the place, at constant momenta.
+// Generalized forces by contacts, gravity and inertia at these rates. Inertia forces are those at
+// constant rates, or at constant momenta if the mass matrix depends on the coordinates.
 Vector forces_at(const FreeBody& body, const Axes& axes, const FreeBodyState& at, const Vector& u) {
   // Angular velocities of the parent, of the body relative to it, and of the body, rad/s.
   const Vec3& parent_omega = at.parent_angular_velocity;
@@ -108,7 +108,7 @@ Vector forces_at(const FreeBody& body, const Axes& axes, const FreeBodyState& at
                       omega.cross(axes.inertia * omega);
   Vector out = axes.velocity.transpose() * force + axes.angular_velocity.transpose() * torque;
   if (has_constant_inertia(body)) return out;
-  // What the momenta change by at constant rates, as seen from the parent.
+  // Rate of change of the generalized momenta at constant rates, in the axes of the parent.
   const Vec3 velocity = axes.velocity * u, swing = relative_omega.cross(axes.arm);
   const Vec3 inward = body.mass * relative_omega.cross(swing);
   for (Eigen::Index k = 0; k < out.size(); ++k) {
@@ -119,7 +119,7 @@ Vector forces_at(const FreeBody& body, const Axes& axes, const FreeBodyState& at
   return out;
 }
 
-// Forces depend on the rates.
+// True when the generalized forces depend on the rates.
 bool is_coupled(const FreeBody& body, const FreeBodyState& at) {
   const std::size_t n = body.joints.size() + (body.free_rotation ? 3 : 0);
   if (n < 2) return false;
@@ -142,7 +142,8 @@ KickResult integrate_free_body(const FreeBody& body, const Vec3& origin,
   double friction[kMaxJoints] = {};  // N or N m, the most
   for (std::size_t k = 0; k < body.joints.size(); ++k)
     friction[k] = friction_limit(body.joints[k], at.parent * body.joints[k].direction, at.bearing);
-  // What friction and motors give against a jump of the parent, of what they can give in all.
+  // Impulses of friction and motors against a jump of the parent. They count towards the limits of
+  // this half step.
   double friction_given[kMaxJoints] = {}, drive_given[kMaxJoints] = {};
   if (half == HalfKick::first && at.parent_moves) {
     const Vector before = u;

@@ -42,13 +42,13 @@ struct KickResult {
 };
 
 // Advances the rates by the forces of half a step of `dt` s. The body's origin at t = 0 is `origin`
-// (m, world). d'Alembert's principle over the axes, for each axis k:
+// (m, world). D'Alembert's principle gives one equation for each axis k:
 //   (F + m g - m a) . v_k + (M - I alpha - w x I w) . w_k + spring + damper = 0.
 // v_k: velocity of the center of mass at a unit rate; w_k: angular velocity of the body at a unit
-// rate. Where the inertia against the axes changes with the place, the kick is one of the momenta
-// sum_j M_kj u_j, and drift() keeps them. Dampers are solved exactly for constant other forces.
-// Friction and motors are impulses within their bounds, applied in turn, so that sticking joints do
-// not move and driven joints have exactly their target speed.
+// rate. If the mass matrix M depends on the coordinates, the kick changes the generalized momenta
+// sum_j M_kj u_j, and drift() conserves them. Damping is integrated exactly for constant other
+// forces. Friction and motors are bounded impulses, applied one after the other. Sticking joints
+// therefore do not move, and driven joints have exactly their target speed.
 KickResult integrate_free_body(const FreeBody& body, const Vec3& origin,
                                const std::vector<const Motor*>* motors, const FreeBodyState& scene,
                                double t, double dt, HalfKick half, FreeBodyMotion motion);
@@ -60,9 +60,9 @@ KickResult integrate_free_body(const FreeBody& body, const Vec3& origin,
 void apply_joint_limits(const FreeBody& body, const Vec3& origin, const FreeBodyState& scene,
                         double dt, FreeBodyMotion motion, HeldAxes& held);
 
-// Moves the coordinates and turns `orientation` (body axes -> parent axes) by dt, half of it with
-// the rates at its start and half with those at its end, at which the momenta are the same; rates
-// of held axes are kept instead. Returns the way turned, rad, parent axes.
+// Advances the coordinates and `orientation` (body axes -> parent axes) by dt. The first half uses
+// the rates at the start and the second half those at the end, which give the same momenta. Rates
+// of held axes do not change. Returns the rotation vector, rad, parent axes.
 Vec3 drift(const FreeBody& body, const Vec3& origin, double dt, const HeldAxes& held,
            FreeBodyMotion motion, Quat& orientation);
 

@@ -23,7 +23,7 @@ JointImpulses::JointImpulses(std::vector<std::vector<BoundedImpulse>> bounds,
       impulses_(VectorXd::Zero(mobility.rows())) {
   for (std::size_t i = 0; i < bounds_.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
-    // Else the couplings do not let it move.
+    // Coordinates that the couplings hold are not active.
     if (!bounds_[i].empty() && mobility(k, k) > 1e-12 * free_mobility(k, k)) active_.push_back(i);
   }
 }
@@ -43,7 +43,7 @@ void JointImpulses::apply(VectorXd& rates, double small) {
     }
     if (change <= small) break;
   }
-  for (const std::size_t i : active_)  // but for rounding it has it
+  for (const std::size_t i : active_)  // removes rounding errors
     if (solutions_[i].held) rates[static_cast<Eigen::Index>(i)] = solutions_[i].rate;
 }
 
@@ -52,8 +52,9 @@ void JointImpulses::share() const {
     share_impulse(solutions_[i], impulses_[static_cast<Eigen::Index>(i)], bounds_[i]);
 }
 
-// The rate u = u0 + w p of a coordinate whose impulse p is the sum of `impulses` at that rate,
-// which is unique as p falls with u. `impulses` are in order of `at`.
+// Finds the rate u = u0 + w p of a coordinate whose impulse p is the sum of `impulses` at that
+// rate. The solution is unique, because p does not increase with u. `impulses` are in order of
+// `at`.
 JointImpulses::Solution JointImpulses::balance(double u0, double w,
                                                const std::vector<BoundedImpulse>& impulses) {
   double sum = 0;
@@ -72,8 +73,8 @@ JointImpulses::Solution JointImpulses::balance(double u0, double w,
   return {u0 + w * sum, sum, false};
 }
 
-// What each of the impulses gives of `total`. Those that hold share what the others leave in the
-// order of `impulses`.
+// Divides `total` among the impulses. Those that hold the rate take the remainder of the others, in
+// the order of `impulses`.
 void JointImpulses::share_impulse(const Solution& solution, double total,
                                   const std::vector<BoundedImpulse>& impulses) {
   double rest = total;

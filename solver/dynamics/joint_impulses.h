@@ -7,29 +7,30 @@
 
 namespace firn {
 
-// An impulse on one coordinate: at most `below` while its rate is less than `at`, at least `above`
-// while it is more, and whatever holds it there in between.
+// An impulse that drives the rate of one coordinate towards `at`. It is `below` if the rate is
+// still less than `at`, and `above` if the rate is still greater. In between, it is the value that
+// makes the rate equal to `at`.
 struct BoundedImpulse {
   double at = 0;                // m/s or rad/s
   double below = 0, above = 0;  // N s or N m s, above <= below
-  double* given = nullptr;      // receives its part; null: not recorded
+  double* given = nullptr;      // share() adds the impulse to it; null: not recorded
 };
 
-// The bounded impulses of all coordinates at once, coordinate by coordinate until none changes
-// (projected Gauss-Seidel).
+// Solves for the bounded impulses of all coordinates by projected Gauss-Seidel: one coordinate
+// after the other, until no impulse changes.
 class JointImpulses {
  public:
-  // `bounds`: [n] of each coordinate, in order of `at`. `mobility`: [n x n] change of the rates by
-  // impulses along the coordinates, with couplings; it must outlive this object. `free_mobility`:
-  // the same without couplings.
+  // `bounds`: [n] impulses on each coordinate, in ascending order of `at`. `mobility`: [n x n]
+  // change of the rates per impulse along the coordinates, with couplings; it must outlive this
+  // object. `free_mobility`: the same matrix without couplings.
   JointImpulses(std::vector<std::vector<BoundedImpulse>> bounds, const Eigen::MatrixXd& mobility,
                 const Eigen::MatrixXd& free_mobility);
 
-  // `rates`: those without these impulses, which are added; changes below `small` are none.
+  // Adds the effect of the impulses to `rates`. Stops when no rate changes by more than `small`.
   void apply(Eigen::VectorXd& rates, double small);
 
   const Eigen::VectorXd& impulses() const { return impulses_; }
-  // Gives each of the bounded impulses its part.
+  // Divides the impulse of each coordinate among its bounded impulses; see BoundedImpulse::given.
   void share() const;
 
  private:

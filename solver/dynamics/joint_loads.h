@@ -5,20 +5,20 @@
 
 namespace firn {
 
-// The half kicks of a step mirror each other: the first one takes forces that depend on the rates
-// as they are at its end, and the whole change of the parent's motion; the second one as they are
-// at its start.
+// The half-kicks of a step are symmetric in time. In the first one, forces that depend on the rates
+// use the rates at its end. It also contains the whole velocity change of the parent. In the second
+// one, these forces use the rates at its start.
 enum class HalfKick { first, second };
 
 struct JointLoad {
   Vec3 force = Vec3::Zero(), torque = Vec3::Zero();  // N and N m, or N s and N m s
 };
 
-// N or N m: the most that friction resists. `axis`: of the joint, unit. `bearing`: what the parent
-// does to the body through the joint, N, and N m about the frame's origin, in the axes of `axis`.
+// Friction limit, N or N m. `axis`: of the joint, unit. `bearing`: load of the parent on the body
+// through the joint, N, and N m about the frame's origin, in the axes of `axis`.
 double friction_limit(const Joint& joint, const Vec3& axis, const JointLoad& bearing);
 
-// N or N m, at this coordinate.
+// Load of the spring at this coordinate, N or N m.
 double spring_load(const Joint& joint, double coordinate);
 // Target speed of a motor. In the first half of a step: the speed that reaches, at the end of the
 // step, the position that the approach to a target requires.

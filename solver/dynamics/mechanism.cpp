@@ -17,20 +17,22 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Rates that are found by repetition differ by less than this part of what they are the sum of from
-// one to the next.
+// An iteration of rates has converged when they change by less than this fraction of the sum of the
+// magnitudes of their terms.
 constexpr double kSameRates = 1e-14;
 constexpr int kMostRepetitions = 200;
-// Errors of couplings that count as none, m or 1; and when they were never met.
+// Errors of couplings, m or 1: those below kMet count as zero, and those from kUnmet on as a
+// failure.
 constexpr double kMet = 1e-13, kUnmet = 1e-7;
-// Rows of couplings that are so nearly multiples of others add nothing.
+// Threshold below which rows of couplings are linearly dependent.
 constexpr double kDependent = 1e-11;
 
-// Least-squares solution of least norm, whatever the scales of the rows.
+// Least-squares solution of minimum norm. Rows are scaled first, so that their units have no
+// effect.
 class ConstraintSolver {
  public:
   explicit ConstraintSolver(const MatrixXd& matrix) {
-    // Rows along which nothing can move hold rounding alone.
+    // Rows along which nothing can move contain only rounding errors.
     const double least =
         kDependent * (matrix.rows() > 0 ? matrix.diagonal().cwiseAbs().maxCoeff() : 0);
     scale_ = VectorXd::Zero(matrix.rows());
@@ -261,7 +263,7 @@ struct Mechanism::Impl {
     return frames[joint[i].first]->free->joints[joint[i].second];
   }
 
-  // Along the coordinates, by the change of the ground's motion.
+  // Generalized impulses due to the velocity change of the ground.
   VectorXd jump(const MechanismState& s) const {
     const Vec3 velocity = s.ground.transpose() * s.ground_velocity_change,
                omega = s.ground.transpose() * s.ground_angular_velocity_change;  // m/s, rad/s
@@ -275,7 +277,7 @@ struct Mechanism::Impl {
     return tree.generalized_impulses(impulses);
   }
 
-  // What friction, motors and limits can do to each coordinate.
+  // Impulses of friction, motors and limits on each coordinate.
   std::vector<std::vector<BoundedImpulse>> bounded_impulses(const MechanismState& s, HalfKick half,
                                                             const VectorXd& q,
                                                             const VectorXd& u) const {
@@ -300,7 +302,7 @@ struct Mechanism::Impl {
     }
     return all;
   }
-  // So near to a limit a coordinate is on it.
+  // A coordinate within this distance of a limit is at the limit; relative to 1 + |coordinate|.
   static constexpr double kOnLimit = 1e-12;
   static void add_limits(const Joint& one, double q, double u, double dt, double* given,
                          std::vector<BoundedImpulse>& impulses) {
@@ -342,14 +344,15 @@ struct Mechanism::Impl {
     }
     JointImpulses holds(bounded_impulses(s, half, q, start), tied_mobility, mobility);
     VectorXd u = start, applied, end = q;
-    // Rates of the constraints: 0, or what meets them at the end of the step.
+    // Target rates of the constraints: zero, or those that close the couplings at the end of the
+    // step.
     VectorXd wanted = VectorXd::Zero(g.rows());
     double error = 0;
     for (int r = 0; r < kMostRepetitions; ++r) {
       if (r > 0) tree.place(q, u);
       applied = known + h * forces(s, q);
       VectorXd next = mobility * applied;
-      // Rounding of what may cancel, as where friction holds a load.
+      // Rounding error of terms that may cancel, for example when friction holds a load.
       const double small =
           kSameRates * (mobility.cwiseAbs() * applied.cwiseAbs()).lpNorm<Eigen::Infinity>();
       next -= along * constraint.solve(g * next - wanted);
@@ -361,7 +364,7 @@ struct Mechanism::Impl {
         tree.place(end, u);
         const VectorXd errors = constraint_errors(end);
         const double before = std::exchange(error, errors.lpNorm<Eigen::Infinity>());
-        // Rounding may end the descent above kMet.
+        // Due to rounding, the error may stop decreasing above kMet.
         const bool is_met = error <= kMet || (r > 5 && error < kUnmet && error >= before);
         if (is_same && is_met) break;
         if (!is_met) wanted -= errors / s.dt;

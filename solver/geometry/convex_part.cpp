@@ -81,7 +81,7 @@ class Polyhedron {
     return result;
   }
 
-  // The point where edge a-b meets the plane; the two facets at the edge share it.
+  // The intersection of edge a-b and the plane. The two facets at the edge share this point.
   int crossing(int a, int b) {
     const auto [low, high] = std::minmax(a, b);
     const auto [entry, fresh] =
@@ -103,8 +103,9 @@ class Polyhedron {
     }
   }
 
-  // What was taken from the facets, less what was left, runs around the hole: the new facet closes
-  // it edge by edge, so that the surface stays closed whatever the rounding errors.
+  // Closes the hole of a cut with new facets. The rim contains the edges of the removed loops minus
+  // those of the clipped loops. Closing it edge by edge keeps the surface closed, whatever the
+  // rounding errors.
   void add_caps(int plane) {
     std::map<int, int> next;
     for (const auto& [edge, count] : rim_) {
@@ -197,7 +198,7 @@ Corners corners_of(const Polyhedron& solid, const std::vector<HalfSpace>& half_s
   for (auto& facet : result.facets) {
     for (auto& i : facet.loop) i = same[i];
   }
-  // Facets that collapsed go, and so do points that only two facets still share.
+  // Removes collapsed facets and points that fewer than three facets share, until none is left.
   std::vector<std::vector<int>> planes;
   for (std::size_t before = 0; before != result.facets.size();) {
     before = result.facets.size();
@@ -365,7 +366,7 @@ ConvexPart convex_part(const std::vector<HalfSpace>& half_spaces, double roundin
   for (auto& h : eroded) h.offset -= h.normal.dot(middle) + (h.internal ? 0 : rounding);
   Polyhedron solid(-half, half, 1e-9 * (upper - lower).norm());
   if (!cut_by_all(solid, eroded)) {
-    throw InputError(fmt::format(
+    throw RoundingError(fmt::format(
         "nothing is left of a convex part rounded by {:.4g} mm; expected less than half "
         "of its thickness; left out, the rounding follows from the shape",
         1e3 * rounding));

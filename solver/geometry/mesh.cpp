@@ -72,7 +72,7 @@ MeshDefects inspect(const TriangleMesh& mesh) {
   return defects;
 }
 
-std::string MeshDefects::sentence() const {
+std::string MeshDefects::to_message() const {
   std::string text;
   const auto add = [&text](const std::string& item) { text += (text.empty() ? "" : ", ") + item; };
   const auto count = [&add](int n, const char* one, const char* many) {
@@ -213,7 +213,7 @@ Vec3 area_normal(const TriangleMesh& mesh, std::size_t triangle) {
   return (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a);
 }
 
-TriangleMesh refined(const TriangleMesh& mesh, double edge) {
+TriangleMesh subdivided(const TriangleMesh& mesh, double edge) {
   TriangleMesh out;
   out.vertices = mesh.vertices;
   std::map<std::pair<int, int>, int> middles;

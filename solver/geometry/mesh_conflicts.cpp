@@ -30,21 +30,21 @@ struct Box {
   bool holds(const Box& b) const {
     return (low.array() <= b.low.array()).all() && (b.high.array() <= high.array()).all();
   }
-  bool meets(const Box& b) const {
+  bool overlaps(const Box& b) const {
     return (low.array() <= b.high.array()).all() && (b.low.array() <= high.array()).all();
   }
 };
 
 // A tree of bounding boxes: node n has the children 2 n + 1 and 2 n + 2, each with half of its
 // triangles.
-class AabbTree {
+class TriangleTree {
  public:
-  explicit AabbTree(std::vector<Box> boxes) : boxes_(std::move(boxes)), order_(boxes_.size()) {
+  explicit TriangleTree(std::vector<Box> boxes) : boxes_(std::move(boxes)), order_(boxes_.size()) {
     std::iota(order_.begin(), order_.end(), 0);
     if (!order_.empty()) build(0, 0, order_.size());
   }
 
-  // Calls f(i, j) with i < j once for each pair of boxes that meet.
+  // Calls f(i, j) with i < j once for each pair of boxes that overlap.
   template <typename F>
   void pairs(F f) const {
     for (int i = 0; i < static_cast<int>(boxes_.size()); ++i) {
@@ -76,10 +76,10 @@ class AabbTree {
 
   template <typename F>
   void visit(std::size_t node, std::size_t first, std::size_t last, int i, F& f) const {
-    if (!nodes_[node].meets(boxes_[i])) return;
+    if (!nodes_[node].overlaps(boxes_[i])) return;
     if (last - first <= kLeaf) {
       for (std::size_t k = first; k < last; ++k) {
-        if (order_[k] > i && boxes_[order_[k]].meets(boxes_[i])) f(i, order_[k]);
+        if (order_[k] > i && boxes_[order_[k]].overlaps(boxes_[i])) f(i, order_[k]);
       }
       return;
     }
@@ -142,10 +142,10 @@ class Surface {
 
   // A point at which two triangles pass through each other, or lie on each other facing one way.
   std::optional<Vec3> crossing(int a, int b) const {
-    const TunnelingGuard of_b = sides(b, a);
+    const PlaneSides of_b = sides(b, a);
     if (!of_b.above && !of_b.below) return on_each_other(a, b);
     if (!of_b.above || !of_b.below) return std::nullopt;
-    const TunnelingGuard of_a = sides(a, b);
+    const PlaneSides of_a = sides(a, b);
     if (!of_a.above || !of_a.below) return std::nullopt;
     for (const auto& [t, other] : {std::pair(a, b), std::pair(b, a)}) {
       for (int k = 0; k < 3; ++k) {
@@ -168,11 +168,11 @@ class Surface {
   }
 
   // On which sides of a plane a triangle has corners.
-  struct TunnelingGuard {
+  struct PlaneSides {
     bool above = false, below = false;
   };
-  TunnelingGuard sides(int triangle, int plane) const {
-    TunnelingGuard s;
+  PlaneSides sides(int triangle, int plane) const {
+    PlaneSides s;
     for (int k = 0; k < 3; ++k) {
       const int at = side(corner(triangle, k), plane);
       s.above |= at > 0;
@@ -289,7 +289,7 @@ MeshConflicts find_conflicts(const TriangleMesh& mesh) {
   std::vector<Box> boxes;
   for (int i = 0; i < count; ++i) boxes.push_back(surface.box(i));
   std::set<std::pair<int, int>> overlapping;
-  AabbTree(boxes).pairs([&](int i, int j) {
+  TriangleTree(boxes).pairs([&](int i, int j) {
     if (result.intersections + overlapping.size() >= kMost) return;
     const int a = surface.shell(i), b = surface.shell(j);
     const std::pair<int, int> shells(std::min(a, b), std::max(a, b));
@@ -342,7 +342,7 @@ MeshConflicts find_conflicts(const TriangleMesh& mesh) {
   return result;
 }
 
-std::string MeshConflicts::sentence() const {
+std::string MeshConflicts::to_message() const {
   std::string text;
   for (const MeshConflict& c : examples) {
     const auto item = [&](int count, const char* one, const char* many) {

@@ -61,7 +61,7 @@ class Builder {
     for (std::size_t f = 0; f < facets_.size(); ++f) {
       // New facets come at the end; one facet is asked again until nothing lies above it.
       while (facets_[f].alive && facets_[f].farthest >= 0) {
-        if (!take_in(static_cast<int>(f))) skip_farthest(facets_[f]);
+        if (!add_point(static_cast<int>(f))) skip_farthest(facets_[f]);
       }
     }
     return finish();
@@ -153,12 +153,12 @@ class Builder {
       facets_.push_back(f);
     }
     facets_.reserve(4 * distinct.size());
-    for (const int i : distinct) hand_out(i, 0);
+    for (const int i : distinct) assign_points(i, 0);
     return true;
   }
 
   // Gives a point to the facet, from the number `first` on, that it lies highest above.
-  void hand_out(int p, std::size_t first) {
+  void assign_points(int p, std::size_t first) {
     Facet* best = nullptr;
     double most = tolerance_;
     for (std::size_t f = first; f < facets_.size(); ++f) {
@@ -172,7 +172,7 @@ class Builder {
   }
 
   // Extends the hull to the farthest point of a facet. False when rounding forbids it.
-  bool take_in(int first) {
+  bool add_point(int first) {
     const int eye = facets_[first].farthest;
     visible_ = {first};
     state_.resize(facets_.size(), 0);
@@ -232,7 +232,7 @@ class Builder {
       facets_[v].alive = false;
       for (int p = facets_[v].first_above; p >= 0;) {
         const int next = next_[p];
-        if (p != eye) hand_out(p, static_cast<std::size_t>(base));
+        if (p != eye) assign_points(p, static_cast<std::size_t>(base));
         p = next;
       }
     }

@@ -184,8 +184,9 @@ std::vector<Piece> merge_convex_pieces(std::vector<Piece> pieces) {
   return pieces;
 }
 
-// By area, as pieces do not overlap: what the others hold of the face, lifted a little, is added
-// up.
+// Marks faces that other pieces cover. Each face is moved outwards a little, and the areas of its
+// intersections with the other pieces are added up. Pieces do not overlap, so a face is internal if
+// the sum is its whole area.
 void mark_internal_faces(std::vector<Piece>& pieces, double size) {
   constexpr double kLift = 1e-5;      // over the size
   constexpr double kRelative = 1e-3;  // of the area; and a rim as wide as three lifts

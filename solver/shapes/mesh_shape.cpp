@@ -26,7 +26,7 @@ constexpr std::size_t kPlanAgain = 10000;  // triangles that a repeated search p
 }  // namespace
 
 Shape make_mesh(const TriangleMesh& mesh, const ShapeOptions& options) {
-  const std::string defects = inspect(mesh).sentence();
+  const std::string defects = inspect(mesh).to_message();
   if (!defects.empty()) {
     throw InputError("the mesh is not a solid (" + defects +
                      "); expected a closed surface facing outwards");
@@ -35,7 +35,7 @@ Shape make_mesh(const TriangleMesh& mesh, const ShapeOptions& options) {
     throw InputError("the mesh has " + std::to_string(mesh.triangles.size()) +
                      " triangles; expected at most " + std::to_string(kMaxTriangles));
   }
-  const std::string conflicts = find_conflicts(mesh).sentence();
+  const std::string conflicts = find_conflicts(mesh).to_message();
   if (!conflicts.empty()) {
     throw InputError("the mesh bounds no solid: " + conflicts +
                      "; expected surfaces that do not cross and no solid inside another one");
@@ -69,11 +69,12 @@ Shape make_mesh(const TriangleMesh& mesh, const ShapeOptions& options) {
                                         : "hulls of the parts over concave surface";
     const bool better = best.parts.empty() || shape.surface_deviation < best.surface_deviation;
     if (better) best = std::move(shape);
-    // Neither more parts nor other cuts help then.
+    // Stop if the deviation is small enough, or if rounding causes it and other cuts cannot reduce
+    // it.
     if (best.surface_deviation <= kAllowed * edge || deviation.rounding > deviation.surplus) break;
     wanted.plan_triangles = kPlanAgain;
     wanted.thorough = true;
-    // Too many parts come from cuts that leave much to do, as better ones would leave slivers.
+    // A limit was reached: better cuts would have left slivers, so thinner pieces are allowed next.
     if (found.thickness_limit_reached || found.part_limit_reached) {
       if (++thinner > kMaxThinner) break;
       wanted.min_thickness *= kThinner;

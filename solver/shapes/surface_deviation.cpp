@@ -44,8 +44,9 @@ double signed_distance(const Vec3& p, const ConvexPart& part) {
     highest = std::max(highest, height);
     if (!face.internal) surface = std::max(surface, height);
   }
-  // Faces that differ by next to nothing are merged: what is that little above one of them is not
-  // far from all of them, though it may be far from that one's own polygon.
+  // A part may have several almost parallel faces, of which a point just above one may be far from
+  // the polygon of that face but close to another one. Within the tolerance of merging, the point
+  // counts as inside.
   if (highest <= 1e-6 * part.bounding_radius) return surface - part.radius;
   double distance = std::numeric_limits<double>::infinity();
   for (const auto& face : part.faces) {
@@ -255,10 +256,10 @@ class Union {
     return most;
   }
 
-  // How deep a point within the union lies: at most so far is its surface.
+  // Upper bound of the distance of a point in the union from the surface of the union.
   double depth(const Vec3& p) const {
     double nearest = std::numeric_limits<double>::infinity();
-    // The rounded edges of cuts, which no face holds, stand out at concave edges.
+    // The rounded edges of internal faces belong to no face, but protrude at concave edges.
     const Vec3 outward = to_mesh_.normals_near(p, 0.5 * parts_[0].radius);
     if (outward.norm() > 0.1) nearest = way_out(p, outward.normalized(), 0);
     for (std::size_t i = 0; i < parts_.size(); ++i) {
@@ -283,14 +284,14 @@ class Union {
         }
       }
     }
-    // Where the nearest point of a face is covered, another one of it may not be.
+    // If the nearest point of a face is covered, another point of that face may be exposed.
     double squared = nearest * nearest;
     for (const Vec3& q : points_) squared = std::min(squared, (p - q).squaredNorm());
     return std::sqrt(squared);
   }
 
  private:
-  // Distance along a unit direction to the first point at or beyond `from` that no part covers.
+  // Distance along a unit direction to the first point at or beyond `from` that is in no part.
   double way_out(const Vec3& p, const Vec3& direction, double from) const {
     double reached = from;
     for (std::size_t tries = 0; tries <= 2 * parts_.size(); ++tries) {
@@ -310,7 +311,7 @@ class Union {
         const double outer = face.offset + (face.internal ? 0 : cover->radius);
         leave = std::min(leave, (outer - face.normal.dot(p)) / speed);
       }
-      // Past a cut, the part ends within its rounding.
+      // Beyond an internal face, the part extends by at most its rounding radius.
       const double least = 1e-6 * cover->bounding_radius;
       reached = leave > reached ? leave + least : reached + std::max(least, 0.25 * cover->radius);
     }
@@ -338,7 +339,7 @@ class Union {
       }
       if (signed_distance(p, part) < -1e-6 * part.bounding_radius) return false;
     }
-    // Grooves at the surface are about as deep as the rounding, voids lie deeper.
+    // Grooves at the surface are about as deep as the rounding radius, voids are deeper.
     return to_mesh_(p) <= 2 * parts_[owner].radius || !interior_.contains(p);
   }
 
@@ -349,7 +350,7 @@ class Union {
 };
 
 #ifdef FIRN_FUZZ
-constexpr double kSpacing = 1.0 / 6;  // the same code in a hundredth of the time
+constexpr double kSpacing = 1.0 / 6;  // coarser, for speed: a hundredth of the samples
 #else
 constexpr double kSpacing = 1.0 / 60;  // of samples, over the box diagonal
 #endif

@@ -107,9 +107,9 @@ void walk(Archive& ar, S& s) {
   ar.group("contact loads");
   ar.array(s.load);
   ar.group("motion bounds");
-  ar.array(s.path);
-  ar.array(s.turn);
-  ar.array(s.margin);
+  ar.array(s.translation_bound);
+  ar.array(s.rotation_bound);
+  ar.array(s.skin);
   ar.array(s.rebuild_distance);
   ar.group("presence and peaks");
   ar.array(s.presence);
@@ -187,8 +187,8 @@ void walk(Archive& ar, S& s) {
   ar.array(s.stage_motor_group);
 }
 
-// What has been finished and not been taken yet. No part of the hash: it depends on when the taker
-// comes, and nothing comes of it.
+// Finished events and intervals that the caller has not taken yet. They are not part of the hash:
+// they depend on when the caller takes them and do not affect the next steps.
 template <class Archive, class S>
 void walk_finished(Archive& ar, S& s) {
   ar.array(s.statistics.finished);

@@ -57,7 +57,7 @@ struct Pair {
   std::int32_t law = 0;          // index into Workspace::laws
   std::uint32_t first_part = 0;  // PartPair range
   std::uint32_t part_count = 0;
-  std::uint32_t first_patch = 0;  // Patch range; the points of a pair are contiguous too
+  std::uint32_t first_patch = 0;  // range of ContactPatch; the points of a pair are contiguous too
   std::uint32_t patch_count = 0;
   std::uint32_t patch_capacity = 0;
   std::uint32_t first_point = 0;
@@ -68,12 +68,12 @@ struct Pair {
 // bounds the relative displacement of any two points of the bodies up to the reference pose. Part
 // pairs store their next test distance in the same measure. Aligned to two cache lines.
 struct alignas(64) PairMotionBound {
-  double reference_rotation[9] = {};     // b in a, column by column
-  double reference_translation[3] = {};  // m
-  double reference_path = 0;             // m, path[a] + path[b] then
-  double reference_turn = 0;             // rad, turn[a] then
-  double moved = 0;                      // m
-  double need = 0;                       // m: the value of `moved` at which parts must be queried
+  double reference_rotation[9] = {};       // b in a, column by column
+  double reference_translation[3] = {};    // m
+  double reference_translation_bound = 0;  // m, translation_bound[a] + translation_bound[b] then
+  double reference_rotation_bound = 0;     // rad, rotation_bound[a] then
+  double moved = 0;                        // m
+  double test_distance = 0;                // m, the value of `moved` at which parts must be queried
 };
 
 // One convex part of a against one of b.
@@ -90,7 +90,7 @@ struct PartPair {
 struct BoundaryContactHistory {
   // Poses at the last search: of a, and of b in a; rotations column by column.
   double rotation_a[9] = {}, rotation[9] = {}, translation[3] = {};
-  double need = -1;           // m of relative motion at which contacts are searched again; -1: now
+  double test_distance = -1;  // m of relative motion at which contacts are searched again; -1: now
   double gap = 0;             // m, least, as of the last search
   Vec3 force = Vec3::Zero();  // N, on boundary a, at `time`
   Vec3 impulse = Vec3::Zero();                // N s, since it was cleared
@@ -124,9 +124,9 @@ struct State {
   HugePageVector<Vec3> angular_momentum;  // [N] kg m^2/s, body axes
   HugePageVector<BodyLoad> load;          // [N] by contacts and bonds, at `time`; undefined while a
                                           // half kick is pending
-  HugePageVector<double> path;    // [M] m, bound on the path length of any point of the body
-  HugePageVector<double> turn;    // [M] rad, bound on the angle turned
-  HugePageVector<double> margin;  // [M] m, skin: motion that the neighbor list allows
+  HugePageVector<double> translation_bound;  // [M] m, bound on the path length of any body point
+  HugePageVector<double> rotation_bound;     // [M] rad, bound on the angle of rotation
+  HugePageVector<double> skin;               // [M] m, motion that the neighbor list allows
   HugePageVector<double> rebuild_distance;  // [M] m, translation bound at which the list is rebuilt
   HugePageVector<Presence> presence;        // [N]
   HugePageVector<double> peak_normal_force;                      // [N] N
@@ -154,9 +154,9 @@ struct State {
   std::vector<std::int32_t> stage_motor_joint, stage_motor_group;  // frame * kMaxJoints + axis
   // Contacts
   bool neighbor_list_invalid = true;
-  HugePageVector<Pair> pairs;  // [P] along a curve through space (neighbor_list.cpp)
-  HugePageVector<double>
-      next_test_distance;  // [P] the pair is tested when path[a] + path[b] reaches this
+  HugePageVector<Pair> pairs;                 // [P] along a curve through space (neighbor_list.cpp)
+  HugePageVector<double> next_test_distance;  // [P] m, the pair is tested when translation_bound[a]
+                                              // + translation_bound[b] reaches this
   HugePageVector<PairMotionBound> motion_bound;  // [P]
   HugePageVector<PartPair> part_pairs;
   HugePageVector<ContactPatch> patches;       // with holes

@@ -27,16 +27,16 @@ namespace firn {
 // A pair whose contacts must be searched in this step.
 struct PairToTest {
   std::uint32_t pair = 0;
-  double path = 0;   // m, of both bodies
-  double moved = 0;  // m, see PairMotionBound
-  Pose pose;         // b in a
+  double translation_bound = 0;  // m, sum of both bodies
+  double moved = 0;              // m, see PairMotionBound
+  Pose pose;                     // b in a
 };
 
 // Result of one contact search.
 struct ContactSearchResult {
   int queries = 0;
   int late_contacts = 0;
-  bool tunnelled = false;          // parts have passed through each other
+  bool tunneled = false;           // parts have passed through each other
   double initial_penetration = 0;  // m, overlap of bodies that were placed into each other
   PatchBuffer found;
 };
@@ -61,7 +61,7 @@ struct ContactTotals {
 // A pair that may have passed through each other or was inserted overlapping.
 struct ContactFault {
   std::uint32_t pair;
-  bool tunnelled;
+  bool tunneled;
   double initial_penetration;  // m
 };
 
@@ -231,9 +231,9 @@ void check_state(const Model& model, const Workspace& workspace, State& state);
 // Force and torque (about the origin of the frame) of contacts on all boundaries that the frame
 // carries, at this step.
 BodyLoad load_on_frame(const Model& model, const State& state, int frame);
-// Places boundaries and frames at t = 0.
 BoundaryContactState boundary_contact_state(const Workspace& workspace, const State& state,
                                             std::size_t number);
+// Places boundaries and frames at t = 0.
 void place_boundaries(const Model& model, State& state);
 void start_frame(const Model& model, const FrameStart& start, State& state);
 

@@ -61,32 +61,33 @@ double collide_all(const BoundaryContactTable& table, const Pose& pose,
     used += c.manifold.points.empty() ? 0 : 1;
     least = std::min(least, c.manifold.gap);
   };
-  const double shell = table.law.contact_margin;
+  const double contact_margin = table.law.contact_margin;
   for (std::size_t i = 0; i < table.parts_a.size(); ++i) {
     const ConvexPart& part = table.parts_a[i];
     if (table.parts_b.empty()) {
       const Vec3 normal = pose.rotation.col(2);
       const double offset = normal.dot(pose.translation);
-      if (normal.dot(part.center) - part.bounding_radius - offset >= std::max(least, shell))
+      if (normal.dot(part.center) - part.bounding_radius - offset >=
+          std::max(least, contact_margin))
         continue;
       take(static_cast<int>(i), 0,
-           [&](Manifold& m) { collide_plane(part, normal, offset, shell, m); });
+           [&](Manifold& m) { collide_plane(part, normal, offset, contact_margin, m); });
       continue;
     }
     for (std::size_t k = 0; k < table.parts_b.size(); ++k) {
       const ConvexPart& other = table.parts_b[k];
       const double apart =
           (pose * other.center - part.center).norm() - part.bounding_radius - other.bounding_radius;
-      if (apart >= std::max(least, shell)) continue;
+      if (apart >= std::max(least, contact_margin)) continue;
       take(static_cast<int>(i), static_cast<int>(k), [&](Manifold& m) {
         GjkCache cold;
-        collide(part, other, pose, shell, cold, m);
+        collide(part, other, pose, contact_margin, cold, m);
       });
     }
   }
   if (!table.surfaces_a.empty() || !table.surfaces_b.empty()) {
     used = join_surface_contacts({table.parts_a, table.parts_b, table.surfaces_a, table.surfaces_b,
-                                  pose, pose.rotation.col(2).dot(pose.translation), shell},
+                                  pose, pose.rotation.col(2).dot(pose.translation), contact_margin},
                                  contacts, used);
   }
   return least;
@@ -141,7 +142,7 @@ void search(const Model& model, const State& s, const BoundaryContactTable& tabl
                 {},        old_patches, w.boundary_details.data(),       old_points};
   fill_motion(s, bodies, model.timestep, in);
   build_patches(in, scratch.patches, scratch.search.found);
-  memory.need =
+  memory.test_distance =
       used > 0 ? table.law.contact_update_distance
                : std::max(memory.gap - table.law.contact_margin, table.law.contact_update_distance);
   Eigen::Map<Mat3>(memory.rotation_a) = rotation_a;
@@ -176,7 +177,7 @@ void apply(const Model& model, State& s, const BoundaryContact& contact,
     const FrictionStep step =
         advance_friction(friction, {to_vec(patch.tangential), patch.torsion, double(patch.sliding)},
                          load.force, friction_region(patch), motion, dt);
-    patch.fresh = 0;
+    patch.gap_is_current = 0;
     patch.normal_force = load.force;
     patch.tangential = to_eigen(step.state.tangential);
     patch.torsion = step.state.torsion;
@@ -227,14 +228,14 @@ void boundary_contacts(const Model& model, Workspace& w, State& s) {
     };
     if (!present(contact.a) || !present(contact.b)) {
       memory.patch_count = memory.point_count = 0;
-      memory.need = -1;
+      memory.test_distance = -1;
       continue;
     }
     const Bodies bodies = bodies_of(model, s, contact);
     check_speed(model, s, contact, table, bodies);
     const std::size_t patches_before = patches.size(), points_before = points.size();
     const double moved = moved_since(table, memory, bodies.pose, rotation_of(s, bodies.body_a));
-    if (memory.need < 0 || moved >= memory.need) {
+    if (memory.test_distance < 0 || moved >= memory.test_distance) {
       search(model, s, table, bodies, old_patches, old_points, w, memory);
       const PatchBuffer& found = w.boundary_scratch.search.found;
       patches.insert(patches.end(), found.patches.begin(), found.patches.end());

@@ -104,17 +104,17 @@ void advance_patches(const Model& model, const Workspace& w, State& s, const Pai
     take(block);
     block.clear();
   };
-  const auto fetch_contacts = [&](const ActivePair& pair) __attribute__((always_inline)) {
-    fetch<Cache::first>(motions + pair.a);
-    fetch<Cache::first>(motions + pair.b);
-    fetch<Cache::first>(patches + pair.first_patch);
-    fetch_bytes<Cache::first>(points + pair.first_point, kPoints);
+  const auto prefetch_contacts = [&](const ActivePair& pair) __attribute__((always_inline)) {
+    prefetch<Cache::first>(motions + pair.a);
+    prefetch<Cache::first>(motions + pair.b);
+    prefetch<Cache::first>(patches + pair.first_patch);
+    prefetch_bytes<Cache::first>(points + pair.first_point, kPoints);
   };
   for (const ActivePair* pair = begin; pair != end; ++pair) {
-    if (end - pair > kPairsAhead) fetch_contacts(pair[kPairsAhead]);
+    if (end - pair > kPairsAhead) prefetch_contacts(pair[kPairsAhead]);
     const auto k = static_cast<std::size_t>(pair - begin);
     __builtin_prefetch(next_loads + k / 2, 1);  // about half as many as active pairs
-    if (k < next_active.size()) fetch(&next_active[k]);
+    if (k < next_active.size()) prefetch(&next_active[k]);
     PairMotion motion;
     pair_motion(motions[pair->a], motions[pair->b], motion);
     ContactPatch* const last = patches + pair->first_patch + pair->patch_count;
@@ -126,7 +126,7 @@ void advance_patches(const Model& model, const Workspace& w, State& s, const Pai
   if (block.size() > 0) flush();
   if (next) {
     for (std::size_t k = 0; k < std::min<std::size_t>(kPairsAhead, next_active.size()); ++k)
-      fetch_contacts(next_active[k]);
+      prefetch_contacts(next_active[k]);
   }
 }
 

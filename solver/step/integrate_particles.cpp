@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kBodiesPerTask = 128;  // bodies a task
 constexpr std::size_t kBodiesAhead = 32;     // bodies, to be fetched
 
-// Up to Lanes::size bodies, one in each lane; lanes beyond `count` repeat the last one.
+// Up to Simd8d::size bodies, one in each lane; lanes beyond `count` repeat the last one.
 struct BodyBatch {
   std::size_t body[Simd8d::size];
   int count = 0;
@@ -139,9 +139,10 @@ bool kick_and_drift_batch(const BodyIntegrator& integrator, BodyBatch& batch) {
   const Simd8d gone = norm(velocity.x, velocity.y, velocity.z) * Simd8d(integrator.dt_);
   for (int k = 0; k < batch.count; ++k) {
     const std::size_t i = batch.body[k];
-    s.turn[i] += turned[k];
-    s.path[i] += gone[k] + turned[k] * integrator.w_.reach[integrator.model_.particles[i].shape];
-    leaves |= s.path[i] > s.rebuild_distance[i];
+    s.rotation_bound[i] += turned[k];
+    s.translation_bound[i] +=
+        gone[k] + turned[k] * integrator.w_.reach[integrator.model_.particles[i].shape];
+    leaves |= s.translation_bound[i] > s.rebuild_distance[i];
   }
   integrator.store_angular_velocity(batch, angular_velocity);
   integrator.store_momentum(batch, momentum);
@@ -175,7 +176,7 @@ void sum_loads(const Workspace& w, State& s, std::size_t begin, std::size_t end,
     Simd4d force = {0, 0, 0, 0}, torque = force, more;
     double peak = s.peak_normal_force[i];
     for (std::uint32_t k = first[i]; k < first[i + 1]; ++k) {
-      if (k + kAhead < last) fetch<Cache::first>(of_ranges + list[k + kAhead]);
+      if (k + kAhead < last) prefetch<Cache::first>(of_ranges + list[k + kAhead]);
       const BlockLoad& load = of_ranges[list[k]];
       peak = std::max(peak, load.force.w);
       get(&load.force, more);
@@ -203,7 +204,7 @@ class LoadPrefetcher {
   void advance() {
     constexpr std::ptrdiff_t kSome = 20;  // 2.4 for each body
     const std::uint32_t* const stop = next_ + std::min(kSome, end_ - next_);
-    while (next_ < stop) fetch(loads_ + *next_++);
+    while (next_ < stop) prefetch(loads_ + *next_++);
   }
 
  private:
@@ -214,14 +215,14 @@ class LoadPrefetcher {
 // Fetches what a batch reads of as many bodies from the first one on, which may lie beyond the
 // last. Processors follow an array by themselves, but stop at the end of every page, and a batch
 // reads six. Always inlined, see prefetch.h.
-[[gnu::always_inline]] inline void fetch_bodies(const State& s, std::size_t first) {
+[[gnu::always_inline]] inline void prefetch_bodies(const State& s, std::size_t first) {
   constexpr std::size_t kMany = Simd8d::size;
-  fetch(s.motion.data() + first, kMany);
-  fetch(s.orientation.data() + first, kMany);
-  fetch(s.angular_momentum.data() + first, kMany);
-  fetch(s.path.data() + first, kMany);
-  fetch(s.turn.data() + first, kMany);
-  fetch(s.rebuild_distance.data() + first, kMany);
+  prefetch(s.motion.data() + first, kMany);
+  prefetch(s.orientation.data() + first, kMany);
+  prefetch(s.angular_momentum.data() + first, kMany);
+  prefetch(s.translation_bound.data() + first, kMany);
+  prefetch(s.rotation_bound.data() + first, kMany);
+  prefetch(s.rebuild_distance.data() + first, kMany);
 }
 
 // Calls move(batch) for the present bodies of [begin, end).
@@ -258,7 +259,7 @@ void integrate_positions(const Model& model, Workspace& w, State& s, bool both_k
       for_body_batches(s, begin, end, [&](BodyBatch& batch) {
         ahead.advance();
         if (goes_on || batch.body[0] + kBodiesAhead < end)
-          fetch_bodies(s, batch.body[0] + kBodiesAhead);
+          prefetch_bodies(s, batch.body[0] + kBodiesAhead);
         leaves |= kick_and_drift_batch<2>(integrator, batch);
       });
     } else {
@@ -289,8 +290,8 @@ void integrate_positions(const Model& model, Workspace& w, State& s, bool both_k
             reach, (s.motion[i].position - m.position).norm() + w.reach[model.particles[i].shape]);
       }
     }
-    s.turn[n + b] += turned;
-    s.path[n + b] += m.velocity.norm() * dt + turned * reach;
+    s.rotation_bound[n + b] += turned;
+    s.translation_bound[n + b] += m.velocity.norm() * dt + turned * reach;
   }
 }
 

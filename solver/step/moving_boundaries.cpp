@@ -16,7 +16,8 @@ struct Place {
   Vec3 turned = Vec3::Zero();  // rad, rotation vector of the step
 };
 
-// A step of one motion, whose directions and center `by` has carried along; nothing has at first.
+// Applies one step of a motion. `by`: displacement of its directions and center by the motions
+// before it; null: no displacement.
 void apply(const Motion& m, const RigidMotion* by, const Vec3& origin, double t, double dt,
            Place& place) {
   const double displacement = m.displacement(t, dt);
@@ -42,10 +43,11 @@ void apply(const Motion& m, const RigidMotion* by, const Vec3& origin, double t,
   }
 }
 
-// All motions of a boundary or frame (`mover` as in State::stage_motion_mover). Each is carried by
-// those before it, as by a frame that each of them moves: in a step from t the motion j turns about
-// the place where the motions before it have put its center at t. These steps, the last motion's
-// first, make up exactly the change of the whole, since a motion's step commutes with its own way.
+// Applies a step of all motions of a boundary or frame (`mover` as in State::stage_motion_mover).
+// The motions before a motion carry its axes and center, as if each of them moved a frame. In a
+// step from t, motion j rotates about the position of its center at t. The steps are applied in
+// reverse order. They give exactly the change of the combined motion, because a step of a motion
+// commutes with the total displacement of the same motion.
 void apply_all(const std::vector<Motion>& motions, std::size_t mover, const Vec3& origin,
                const State& s, double dt, BoundaryMotionScratch& scratch, Place& place) {
   std::vector<const Motion*>& all = scratch.motions;
@@ -56,7 +58,7 @@ void apply_all(const std::vector<Motion>& motions, std::size_t mover, const Vec3
   }
   std::vector<RigidMotion>& carried = scratch.carried;
   carried.assign(all.size(), {});
-  std::size_t still = 1;  // so many of them, from the first on, nothing has carried yet
+  std::size_t still = 1;  // number of motions at the front that have no displacement before them
   for (std::size_t j = 1; j < all.size(); ++j) {
     const double displacement = all[j - 1]->total_displacement(s.time);
     carried[j] = carried[j - 1];
@@ -70,7 +72,7 @@ void apply_all(const std::vector<Motion>& motions, std::size_t mover, const Vec3
 
 using RotationMap = Eigen::Map<const Mat3>;
 
-// rad, of the turn from one orientation to the next.
+// Rotation vector from one orientation to the next, rad.
 Vec3 rotation_vector(const Mat3& from, const Mat3& to) {
   const Eigen::AngleAxisd turn(Quat(Mat3(to * from.transpose())));
   return turn.angle() * turn.axis();
@@ -90,7 +92,7 @@ Vec3 origin_of(const Model& model, int frame) {
   return frame < 0 ? Vec3(Vec3::Zero()) : model.frames[static_cast<std::size_t>(frame)].origin;
 }
 
-// `parents`: where they are when the loads act; how they move comes from the state.
+// `parents`: poses of the frames when the loads act. Velocities of the frames come from the state.
 FreeBodyState free_body_state(const Model& model, const State& s,
                               const std::vector<FrameMotion>& parents, std::size_t f,
                               const BodyLoad& load) {
@@ -120,7 +122,7 @@ FreeBodyMotion coordinates(FrameMotion& m) {
   return {m.coordinate, m.rate, m.motor_impulse, m.limit_impulse};
 }
 
-// Of the model and of stages.
+// Collects the motors of a joint, from the model and from stages.
 void gather_motors(const Model& model, const State& s, std::size_t f, std::size_t joint,
                    std::vector<const Motor*>& motors) {
   motors.clear();
@@ -147,7 +149,8 @@ HeldAxes kick(const Model& model, State& s, const std::vector<FrameMotion>& pare
   return result.held;
 }
 
-// Contacts' force and torque about the origin of a frame, on boundaries whose frame has `holds`.
+// Force and torque (about the origin of `frame`) of contacts on the boundaries for whose frame
+// holds(frame) is true.
 template <class Predicate>
 BodyLoad sum_loads(const Model& model, const State& s, int frame, Predicate&& holds) {
   BodyLoad sum;
@@ -162,7 +165,7 @@ BodyLoad sum_loads(const Model& model, const State& s, int frame, Predicate&& ho
   return sum;
 }
 
-// On the rigid bodies of a mechanism, at their frames' places in `loads` [frames].
+// Stores the contact loads on the bodies of a mechanism at the indices of their frames in `loads`.
 void gather_loads(const Model& model, const State& s, const MechanismMembers& members,
                   std::vector<BodyLoad>& loads) {
   loads.resize(model.frames.size());
@@ -171,7 +174,7 @@ void gather_loads(const Model& model, const State& s, const MechanismMembers& me
         sum_loads(model, s, f, [&](int carrier) { return free_frame(model.frames, carrier) == f; });
 }
 
-// `grounds`: where frames are when the loads act; how they move comes from the state.
+// `grounds`: poses of the frames when the loads act. Velocities of the frames come from the state.
 MechanismState mechanism_state(const Model& model, State& s,
                                const std::vector<FrameMotion>& grounds,
                                const std::vector<BodyLoad>& loads,
@@ -203,8 +206,8 @@ MechanismState mechanism_state(const Model& model, State& s,
   return at;
 }
 
-// A kick of a whole mechanism, and the drift of its coordinates after the first one. Leaves the
-// loads on its bodies in `loads`.
+// Makes a half-kick of a mechanism, and after the first one also the drift of its coordinates.
+// Stores the loads on its bodies in `loads`.
 void kick_mechanism(const Model& model, State& s, const std::vector<FrameMotion>& grounds,
                     Mechanism& mechanism, HalfKick half, std::vector<BodyLoad>& loads) {
   const MechanismMembers& members = mechanism.members();
@@ -236,7 +239,7 @@ void kick_mechanism(const Model& model, State& s, const std::vector<FrameMotion>
   }
 }
 
-// Where the coordinates of a free body put it in its parent's axes.
+// Position of a free body in the axes of its parent.
 Vec3 position_of(const FreeBody& body, const Vec3& rest, const FrameMotion& motion) {
   Vec3 position = rest;
   for (std::size_t k = 0; k < body.joints.size(); ++k) {
@@ -246,7 +249,7 @@ Vec3 position_of(const FreeBody& body, const Vec3& rest, const FrameMotion& moti
   return position;
 }
 
-// Turns a body of joints by the change of its coordinates since `before`.
+// Sets the orientation of a body on joints, and its rotation since `before`.
 void turn_member(const FreeBody& body, const FrameMotion& before, const FrameMotion& now,
                  Place& place) {
   for (std::size_t k = 0; k < body.joints.size(); ++k) {
@@ -257,9 +260,9 @@ void turn_member(const FreeBody& body, const FrameMotion& before, const FrameMot
   }
 }
 
-// What all but contacts and gravity have done to a free body over the step from the loads and poses
-// at its start, by the change of the body's momenta from the step before; N s, and N m s about the
-// body's origin.
+// Impulse on a free body over the step by everything except contacts and gravity, N s, and N m s
+// about the body's origin. Computed from the change of the momenta since the step before, with the
+// loads and poses at the start of the step.
 JointLoad other_impulse(const Model& model, const FreeBody& body, const Vec3& origin,
                         const BodyLoad& load, const FrameMotion& before, const FrameMotion& now,
                         JointReaction& joint) {
@@ -284,7 +287,7 @@ JointLoad other_impulse(const Model& model, const FreeBody& body, const Vec3& or
   return other;
 }
 
-// `parent`: over a step of dt s.
+// `parent`: impulse of the parent over a step of dt s.
 void note_reaction(const JointLoad& parent, double dt, JointReaction& joint) {
   joint.force = parent.force / dt;
   joint.torque = parent.torque / dt;
@@ -292,8 +295,9 @@ void note_reaction(const JointLoad& parent, double dt, JointReaction& joint) {
   joint.angular_impulse += parent.torque;
 }
 
-// The joints of a mechanism from its last bodies on: a joint bears what its body receives, but for
-// couplings, and what the joints of the bodies on it bear.
+// Records the reactions in the joints of a mechanism, from the last bodies to the first. The
+// reaction in a joint is the impulse on its body, without that of couplings, plus the reactions in
+// the joints of the bodies that are attached to it.
 void note_reactions(const Model& model, State& s, const std::vector<FrameMotion>& before,
                     const std::vector<BodyLoad>& loads, const Mechanism& mechanism) {
   const MechanismMembers& members = mechanism.members();

@@ -11,6 +11,11 @@
 
 namespace firn {
 
+// Error of a rounding radius that is too large for its convex part.
+struct RoundingError : InputError {
+  using InputError::InputError;
+};
+
 // The half-space n . x <= offset.
 struct HalfSpace {
   Vec3 normal = Vec3::Zero();  // unit, outward

@@ -23,11 +23,11 @@ struct MeshDefects {
   int duplicated = 0;         // the same three corners twice
   bool inside_out = false;    // signed volume below zero
   bool non_finite = false;    // a coordinate is NaN or infinite
-  bool sound() const {
+  bool is_valid() const {
     return !(open_edges || nonmanifold_edges || flipped_edges || degenerate || duplicated ||
              inside_out || non_finite);
   }
-  std::string sentence() const;  // lists and counts the defects; empty without defects
+  std::string to_message() const;  // lists and counts the defects; empty without defects
 };
 MeshDefects inspect(const TriangleMesh& mesh);
 
@@ -54,6 +54,6 @@ Vec3 area_normal(const TriangleMesh& mesh, std::size_t triangle);
 // Subdivides triangles until no edge is longer than `edge` (m): a longer edge is divided at its
 // middle, in both triangles that share it. The triangles of one original triangle are consecutive,
 // in the original order.
-TriangleMesh refined(const TriangleMesh& mesh, double edge);
+TriangleMesh subdivided(const TriangleMesh& mesh, double edge);
 
 }  // namespace firn

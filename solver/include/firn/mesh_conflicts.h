@@ -33,7 +33,7 @@ struct MeshConflicts {
   bool none() const { return examples.empty(); }
   // Lists and counts the conflicts, with triangle numbers from 1 and a position in mm. Empty
   // without conflicts.
-  std::string sentence() const;
+  std::string to_message() const;
 };
 
 // A shell that faces inwards inside another one is a cavity and not a conflict, nor is a solid

@@ -62,6 +62,8 @@ inline std::shared_ptr<const Model> unowned(const Model& model) {
   return {std::shared_ptr<const Model>(), &model};
 }
 
+// Unless a member says otherwise, it does not check index arguments: an index out of range is
+// undefined behavior.
 class Solver {
  public:
   struct Load {
@@ -89,17 +91,20 @@ class Solver {
   // be set before children, which move with them.
   void start_frame(const FrameStart& start);
   void remove_particle(int particle);  // throws std::logic_error unless it is present
+  // Throws std::out_of_range unless `boundary` is an index into Model::boundaries. No effect if it
+  // was removed before.
   void remove_boundary(int boundary);
-  // Adds a motion or motor that acts from the current time on, for stages that begin on events.
-  // `joint`: of the free frame. stop_stage_motions() ends all of a group above 0 at
-  // `time` (s).
+  // Add a motion or motor that acts from the current time on, for stages that begin on events.
+  // `boundary`: index into Model::boundaries. `frame`: index into Model::frames; that of a motor
+  // must be free. `joint`: index into FreeBody::joints of that frame. stop_stage_motions() ends all
+  // motions and motors of a group above 0 at `time` (s).
   void add_motion(int boundary, const Motion& motion, int group = 0);
   void add_frame_motion(int frame, const Motion& motion, int group = 0);
   void add_motor(int frame, int joint, const Motor& motor, int group = 0);
   void stop_stage_motions(int group, double time);
 
   // True if a body of this shape and pose would overlap a particle or boundary, or be within
-  // `clearance` (m) of it.
+  // `clearance` (m) of it. `shape`: index into Model::shapes.
   bool overlaps(int shape, const Vec3& center_of_mass, const Quat& orientation,
                 double clearance) const;
   // The first body within `clearance`: a particle, or number of particles + boundary; empty: none.
@@ -122,14 +127,15 @@ class Solver {
   // A copy, made once for each state. The reference is valid while the solver exists; its contents,
   // until the state changes.
   const ParticleState& particles() const;
-  // Orientation of a particle, shape axes -> world, as in a results file.
+  // Orientation of a particle, shape axes -> world, as in a results file. `particle`: index into
+  // Model::particles.
   Quat shape_orientation(int particle) const;
   const std::vector<BoundaryState>& boundaries() const;
   std::vector<FrameState> frames() const;
   std::vector<CouplingState> couplings() const;                 // [couplings of the model]
   std::vector<BoundaryContactState> boundary_contacts() const;  // [boundary contacts of the model]
   // Force and moment (about the origin of the frame) of contacts on all boundaries that a frame
-  // carries, at the end of the step.
+  // carries, at the end of the step. `frame`: index into Model::frames.
   Load frame_load(int frame) const;
   void clear_boundary_loads();  // and those of frames, after they were recorded
   Energy energy() const;
@@ -137,7 +143,7 @@ class Solver {
   // Overlap of the deepest point of every patch with a force now, m.
   std::vector<double> contact_overlaps() const;
   const std::vector<BondRecord>& bonds() const;  // [bonds of the model]
-  BondState bond(int number) const;
+  BondState bond(int number) const;              // `number`: index into Model::bonds
   // All patches of the neighbor list, in the order of (a, b): a copy. Its forces are those of the
   // next half-kick. A particle or boundary removed since the last step still has its last contacts.
   std::vector<Contact> contacts() const;
@@ -155,7 +161,7 @@ class Solver {
   const std::vector<SurfaceSums>& surface_sums() const;
   const std::vector<EnergySums>& energy_sums() const;
   // Force and moment of all contacts and bonds on a particle at the end of the step, as used for
-  // its motion.
+  // its motion. Throws std::out_of_range unless `particle` is an index into Model::particles.
   Load load(int particle) const;
   std::vector<PhaseTime> profile() const;  // time spent in each phase of the step so far
 

@@ -401,7 +401,7 @@ TEST(Collide, SlabsAddUpToTheWholeFace) {
   }
 }
 
-TEST(Collide, CornerBesideASeamTouchesOnlyItsOwnSlab) {
+TEST(Collide, CornerNextToASeamTouchesOnlyItsOwnSlab) {
   const Vec3 half(12e-3, 8e-3, 5e-3);
   const Mat3 upright = Quat::FromTwoVectors(Vec3(1, 1, 1), Vec3::UnitZ()).toRotationMatrix();
   const ConvexPart b = box({4e-3, 4e-3, 4e-3}, 1e-3);

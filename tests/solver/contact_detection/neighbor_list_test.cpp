@@ -43,7 +43,7 @@ TEST(Neighbors, BoxesMeetThoseThatTheyMeetWhenEachIsTried) {
       for (std::size_t i = 0; i < boxes.size(); ++i) {
         std::vector<std::int32_t> expected;
         for (std::size_t j = i + 1; j < boxes.size(); ++j)
-          if (boxes[i].meets(boxes[j])) expected.push_back(static_cast<std::int32_t>(j));
+          if (boxes[i].overlaps(boxes[j])) expected.push_back(static_cast<std::int32_t>(j));
         const std::span<const std::int32_t> found = near.of(i);
         ASSERT_EQ(std::vector(found.begin(), found.end()), expected) << i << " of size " << size;
       }
@@ -138,9 +138,9 @@ struct Scene {
     State& s = state;
     s.motion.resize(bodies);
     s.orientation.resize(bodies, Quat::Identity());
-    s.path.resize(bodies, 0);
-    s.turn.resize(bodies, 0);
-    s.margin.resize(bodies, 0);
+    s.translation_bound.resize(bodies, 0);
+    s.rotation_bound.resize(bodies, 0);
+    s.skin.resize(bodies, 0);
     s.rebuild_distance.resize(bodies, 0);
     s.presence.resize(n, Presence::present);
     s.boundary_present.resize(model.boundaries.size(), 1);
@@ -193,7 +193,7 @@ List everything_tried(const Model& model, const State& s) {
         if (s.presence[b] != Presence::present) continue;
         for (std::size_t l = 0; l < parts_of(b); ++l) {
           const Sphere other = sphere_of(model, s, b, l);
-          const double reach = mine.radius + other.radius + (s.margin[a] + s.margin[b]);
+          const double reach = mine.radius + other.radius + (s.skin[a] + s.skin[b]);
           if ((mine.center - other.center).squaredNorm() < reach * reach)
             out[{a, b}].push_back({k, l});
         }
@@ -202,7 +202,7 @@ List everything_tried(const Model& model, const State& s) {
         if (!s.boundary_present[b]) continue;
         const int body = n + static_cast<int>(b);
         const Vec3 c = rotation_of(s, body).transpose() * (mine.center - s.motion[body].position);
-        const double reach = mine.radius + s.margin[a] + s.margin[body];
+        const double reach = mine.radius + s.skin[a] + s.skin[body];
         const std::vector<ConvexPart>& parts = model.boundaries[b].parts;
         if (parts.empty() && c.z() < reach) out[{a, body}].push_back({k, 0});
         for (std::size_t l = 0; l < parts.size(); ++l) {
@@ -212,7 +212,7 @@ List everything_tried(const Model& model, const State& s) {
             box.lower = v == 0 ? Vec3(p - r) : Vec3(box.lower.cwiseMin(p - r));
             box.upper = v == 0 ? Vec3(p + r) : Vec3(box.upper.cwiseMax(p + r));
           }
-          if (box.meets({c - Vec3::Constant(reach), c + Vec3::Constant(reach)}))
+          if (box.overlaps({c - Vec3::Constant(reach), c + Vec3::Constant(reach)}))
             out[{a, body}].push_back({k, l});
         }
       }
@@ -271,7 +271,7 @@ TEST(Neighbors, NewListTakesOverWhatTheOldOneKnew) {
       Pair& pair = s.pairs[k];
       s.next_test_distance[k] = mark(pair);
       s.motion_bound[k].moved = 0.5 * mark(pair);
-      s.motion_bound[k].need = mark(pair);
+      s.motion_bound[k].test_distance = mark(pair);
       for (std::uint32_t p = pair.first_part; p < pair.first_part + pair.part_count; ++p)
         s.part_pairs[p].next_test_distance =
             mark(pair) + s.part_pairs[p].a + 0.01 * s.part_pairs[p].b;
@@ -306,7 +306,8 @@ TEST(Neighbors, NewListTakesOverWhatTheOldOneKnew) {
       const auto old = before.find({pair.a, pair.b});
       if (old == before.end()) {
         ++added;
-        EXPECT_EQ(s.next_test_distance[k], s.path[pair.a] + s.path[pair.b]);
+        EXPECT_EQ(s.next_test_distance[k],
+                  s.translation_bound[pair.a] + s.translation_bound[pair.b]);
         EXPECT_EQ(pair.patch_count, 0u);
         continue;
       }
@@ -320,8 +321,9 @@ TEST(Neighbors, NewListTakesOverWhatTheOldOneKnew) {
         EXPECT_EQ(part.next_test_distance,
                   known ? mark(pair) + part.a + 0.01 * part.b : 0.5 * mark(pair));
       }
-      EXPECT_EQ(s.motion_bound[k].need, is_new ? 0.5 * mark(pair) : mark(pair));
-      EXPECT_EQ(s.next_test_distance[k], is_new ? s.path[pair.a] + s.path[pair.b] : mark(pair));
+      EXPECT_EQ(s.motion_bound[k].test_distance, is_new ? 0.5 * mark(pair) : mark(pair));
+      EXPECT_EQ(s.next_test_distance[k],
+                is_new ? s.translation_bound[pair.a] + s.translation_bound[pair.b] : mark(pair));
       for (std::uint32_t patch = 0; patch < pair.patch_count; ++patch) {
         const ContactPatch& one = s.patches[pair.first_patch + patch];
         ++patches;

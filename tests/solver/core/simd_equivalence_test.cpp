@@ -50,8 +50,8 @@ TEST(Simd8d, KickAndDriftEachBodyAsOnItsOwn) {
   State s;
   s.motion.resize(kBodies);
   s.load.resize(kBodies);
-  s.path.resize(kBodies, 0);
-  s.turn.resize(kBodies, 0);
+  s.translation_bound.resize(kBodies, 0);
+  s.rotation_bound.resize(kBodies, 0);
   s.rebuild_distance.resize(kBodies, 1);
   for (int i = 0; i < kBodies; ++i) {
     s.presence.push_back(i % 5 == 3 ? Presence::removed : Presence::present);
@@ -88,7 +88,7 @@ TEST(Simd8d, KickAndDriftEachBodyAsOnItsOwn) {
     if (before.presence[i] != Presence::present) {
       EXPECT_EQ(s.motion[i].position, before.motion[i].position);
       EXPECT_EQ(s.motion[i].velocity, velocity);
-      EXPECT_EQ(s.path[i], 0);
+      EXPECT_EQ(s.translation_bound[i], 0);
       continue;
     }
     const RigidBody& body = w.rigid[model.particles[i].shape];
@@ -106,8 +106,8 @@ TEST(Simd8d, KickAndDriftEachBodyAsOnItsOwn) {
     EXPECT_EQ(drifted.orientation[i].coeffs(), q.coeffs());
     EXPECT_EQ(drifted.angular_momentum[i], momentum);
     EXPECT_EQ(drifted.motion[i].angular_velocity, angular_velocity);
-    EXPECT_EQ(drifted.turn[i], turned);
-    EXPECT_EQ(drifted.path[i],
+    EXPECT_EQ(drifted.rotation_bound[i], turned);
+    EXPECT_EQ(drifted.translation_bound[i],
               velocity.norm() * model.timestep + turned * w.reach[model.particles[i].shape]);
     const BlockLoad &first = w.loads[2 * i], &second = w.loads[2 * i + 1];
     EXPECT_EQ(s.load[i].force, to_eigen(to_vec(first.force) + to_vec(second.force)));
@@ -129,8 +129,8 @@ TEST(Simd8d, KickAndDriftEachBodyAsOnItsOwn) {
     EXPECT_EQ(at_once.motion[i].angular_velocity, s.motion[i].angular_velocity);
     EXPECT_EQ(at_once.orientation[i].coeffs(), s.orientation[i].coeffs());
     EXPECT_EQ(at_once.angular_momentum[i], s.angular_momentum[i]);
-    EXPECT_EQ(at_once.path[i], s.path[i]);
-    EXPECT_EQ(at_once.turn[i], s.turn[i]);
+    EXPECT_EQ(at_once.translation_bound[i], s.translation_bound[i]);
+    EXPECT_EQ(at_once.rotation_bound[i], s.rotation_bound[i]);
     EXPECT_EQ(at_once.peak_normal_force[i], s.peak_normal_force[i]);
   }
 }
@@ -152,7 +152,7 @@ TEST(Simd8d, FindThePoseOfEachPairAsOnItsOwn) {
       PairMotionBound& motion_bound = s.motion_bound.emplace_back();
       for (double& x : motion_bound.reference_rotation) x = dice(-1, 1);
       for (double& x : motion_bound.reference_translation) x = dice(-1, 1);
-      motion_bound.reference_path = dice(-1, 1);  // must not get in
+      motion_bound.reference_translation_bound = dice(-1, 1);  // must not get in
     }
   }
   for (int trial = 0; trial < 40; ++trial) {
@@ -199,7 +199,7 @@ Contact any_contact(Dice& dice) {
   ContactPatch& p = c.patch;
   p.normal = dice.vector(1).normalized();
   p.arm = dice.vector(0.02);
-  p.fresh = dice(-1, 1) > 0.5;
+  p.gap_is_current = dice(-1, 1) > 0.5;
   p.sliding = dice(-1, 1) > 0;
   p.torsion_radius = dice(-1, 1) > 0 ? dice(0, 0.005) : 0;
   const double e = dice(0, 1), angle = dice(0, M_PI);

@@ -34,7 +34,7 @@ std::vector<Vec3> points_on_sphere(int count) {
 // Faces are counter-clockwise on their planes, edges are those of the faces, and V - E + F = 2.
 // `merged` (relative to the size): how far slivers that were merged may leave vertices off planes.
 void expect_sound(const ConvexPart& part, double merged = 1e-12) {
-  EXPECT_TRUE(inspect(surface_mesh(part)).sound()) << inspect(surface_mesh(part)).sentence();
+  EXPECT_TRUE(inspect(surface_mesh(part)).is_valid()) << inspect(surface_mesh(part)).to_message();
   EXPECT_EQ(
       part.vertex_count - static_cast<int>(part.edges.size()) + static_cast<int>(part.faces.size()),
       2);

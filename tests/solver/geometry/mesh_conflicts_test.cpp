@@ -42,7 +42,7 @@ TriangleMesh together(TriangleMesh a, const TriangleMesh& b) {
 using Counts = std::array<int, 4>;
 Counts counts(const TriangleMesh& mesh) {
   const MeshConflicts c = find_conflicts(mesh);
-  EXPECT_EQ(c.none(), c.sentence().empty());
+  EXPECT_EQ(c.none(), c.to_message().empty());
   return {c.intersections, c.overlapping_shells, c.nested_shells, c.inverted_shells};
 }
 const Counts kNone{}, kOverlap{0, 1, 0, 0}, kNested{0, 0, 1, 0}, kInverted{0, 0, 0, 1};
@@ -78,7 +78,7 @@ TEST(MeshConflicts, ApexThroughTheBaseCrosses) {
   mesh.triangles.resize(10);  // without its top
   for (const auto& [a, b] : {std::pair(4, 5), {5, 7}, {7, 6}, {6, 4}})
     mesh.triangles.push_back({a, b, 8});
-  ASSERT_TRUE(inspect(mesh).sound()) << inspect(mesh).sentence();
+  ASSERT_TRUE(inspect(mesh).is_valid()) << inspect(mesh).to_message();
   const MeshConflicts found = find_conflicts(mesh);
   EXPECT_GT(found.intersections, 0);
   ASSERT_EQ(found.examples.size(), 1U);
@@ -135,7 +135,7 @@ TEST(MeshConflicts, SlenderRodOf20000TrianglesHasNone) {
     rod.triangles.push_back({2 * kSides, k, i});
     rod.triangles.push_back({2 * kSides + 1, kSides + i, kSides + k});
   }
-  ASSERT_TRUE(inspect(rod).sound());
+  ASSERT_TRUE(inspect(rod).is_valid());
   EXPECT_EQ(counts(rod), kNone);
 }
 

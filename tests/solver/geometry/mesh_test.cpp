@@ -65,15 +65,15 @@ TEST(MassProperties, SmallBodyFarAwayKeepsItsDigits) {
 }
 
 TEST(Inspect, ClosedMeshIsSound) {
-  EXPECT_TRUE(inspect(unit_cube()).sound());
-  EXPECT_EQ(inspect(unit_cube()).sentence(), "");
+  EXPECT_TRUE(inspect(unit_cube()).is_valid());
+  EXPECT_EQ(inspect(unit_cube()).to_message(), "");
 }
 
 TEST(Inspect, MissingTriangleLeavesThreeOpenEdges) {
   TriangleMesh mesh = unit_cube();
   mesh.triangles.pop_back();
   EXPECT_EQ(inspect(mesh).open_edges, 3);
-  EXPECT_EQ(inspect(mesh).sentence(), "3 open edges");
+  EXPECT_EQ(inspect(mesh).to_message(), "3 open edges");
 }
 
 TEST(Inspect, TurnedTriangleIsFlippedAgainstThreeNeighbors) {
@@ -81,7 +81,7 @@ TEST(Inspect, TurnedTriangleIsFlippedAgainstThreeNeighbors) {
   std::swap(mesh.triangles[0][0], mesh.triangles[0][1]);
   const MeshDefects defects = inspect(mesh);
   EXPECT_EQ(defects.flipped_edges, 3);
-  EXPECT_FALSE(defects.sound());
+  EXPECT_FALSE(defects.is_valid());
 }
 
 TEST(Inspect, InsideOutMeshIsNamed) {
@@ -89,7 +89,7 @@ TEST(Inspect, InsideOutMeshIsNamed) {
   for (auto& t : mesh.triangles) std::swap(t[0], t[1]);
   EXPECT_TRUE(inspect(mesh).inside_out);
   EXPECT_EQ(inspect(mesh).flipped_edges, 0);
-  EXPECT_EQ(inspect(mesh).sentence(), "inside out");
+  EXPECT_EQ(inspect(mesh).to_message(), "inside out");
 }
 
 TEST(Inspect, RepeatedTriangleMakesEdgesOfThree) {
@@ -110,7 +110,7 @@ TEST(Inspect, NonFiniteCoordinateIsNamedAndNothingElseMeasured) {
   TriangleMesh mesh = unit_cube();
   mesh.vertices[3].x() = std::nan("");
   EXPECT_TRUE(inspect(mesh).non_finite);
-  EXPECT_EQ(inspect(mesh).sentence(), "a coordinate is not a finite number");
+  EXPECT_EQ(inspect(mesh).to_message(), "a coordinate is not a finite number");
 }
 
 TEST(BoundingBox, HoldsAllVertices) {
@@ -136,10 +136,10 @@ TriangleMesh exploded(const TriangleMesh& mesh, double scatter) {
 TEST(Weld, JoinsCornersWithinTheTolerance) {
   const TriangleMesh loose = exploded(unit_cube(), 1e-7);
   EXPECT_EQ(inspect(loose).open_edges, 36);
-  EXPECT_FALSE(inspect(weld(loose, 0)).sound());
+  EXPECT_FALSE(inspect(weld(loose, 0)).is_valid());
   const TriangleMesh welded = weld(loose, 1e-6);
   EXPECT_EQ(welded.vertices.size(), 8u);
-  EXPECT_TRUE(inspect(welded).sound());
+  EXPECT_TRUE(inspect(welded).is_valid());
 }
 
 TEST(Weld, WithoutToleranceJoinsEqualCorners) {

@@ -82,7 +82,7 @@ void check_solid(const std::string& family, std::uint64_t member, const Triangle
                  bool fits = true) {
   SCOPED_TRACE(family + ", member " + std::to_string(member) + ", " +
                std::to_string(mesh.triangles.size()) + " triangles");
-  ASSERT_TRUE(inspect(mesh).sound()) << inspect(mesh).sentence();
+  ASSERT_TRUE(inspect(mesh).is_valid()) << inspect(mesh).to_message();
   const std::clock_t begun = std::clock();
   const Shape shape = make_mesh(mesh, ice());
   [[maybe_unused]] const double seconds =

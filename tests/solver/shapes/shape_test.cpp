@@ -48,7 +48,7 @@ TEST(Sphere, HasItsClosedForms) {
   EXPECT_NEAR(s.bounding_radius, r, 1e-17);
   EXPECT_DOUBLE_EQ(s.stiffness_length, 2 * r);
   EXPECT_DOUBLE_EQ(s.stiffness, 1e7 * 2 * r);
-  EXPECT_TRUE(inspect(s.mesh).sound());
+  EXPECT_TRUE(inspect(s.mesh).is_valid());
   // Triangles of a drawn sphere lie inside it by their sagitta, and nowhere outside.
   EXPECT_GT(s.surface_deviation, 1e-3 * r);
   EXPECT_LT(s.surface_deviation, 5e-3 * r);
@@ -139,7 +139,7 @@ TEST(CrescentMesh, HasTheWantedFacets) {
     p.facets = wanted;
     const TriangleMesh mesh = crescent_mesh(p);
     EXPECT_EQ(static_cast<int>(mesh.triangles.size()), made);
-    EXPECT_TRUE(inspect(mesh).sound());
+    EXPECT_TRUE(inspect(mesh).is_valid());
     const auto [lower, upper] = bounding_box(mesh);
     EXPECT_LT((upper - Vec3(p.chord / 2, p.width / 2, 0)).norm(), 1e-16);
     EXPECT_LT((lower - Vec3(-p.chord / 2, -p.width / 2, -p.depth)).norm(), 1e-16);

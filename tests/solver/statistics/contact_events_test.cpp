@@ -211,7 +211,7 @@ TEST(Statistics, AreTheSameForEveryNumberOfThreadsAndAcrossARestore) {
   model.statistics.surfaces = {model.shapes[0].mesh};
   const TriangleMesh floor{{{0, 0, 0}, {0.25, 0, 0}, {0.25, 0.2, 0}, {0, 0.2, 0}},
                            {{0, 1, 2}, {0, 2, 3}}};
-  model.statistics.monitored = {{0, refined(floor, 0.02)}};
+  model.statistics.monitored = {{0, subdivided(floor, 0.02)}};
   model.statistics.interval = 0.03;
   model.statistics.merge_gap = 1e-4;
   model.timestep = 2e-5;
@@ -353,7 +353,7 @@ TriangleMesh box_mesh(const Vec3& size) {
 }
 
 TEST(NearestTriangle, FindsTheNearestTriangleOfMany) {
-  const TriangleMesh mesh = refined(box_mesh({0.1, 0.08, 0.02}), 0.013);
+  const TriangleMesh mesh = subdivided(box_mesh({0.1, 0.08, 0.02}), 0.013);
   double area = 0;
   Vec3 closed = Vec3::Zero();
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -387,7 +387,7 @@ TEST(NearestTriangle, FindsTheNearestTriangleOfMany) {
 
 // Corners and middles of edges have several nearest triangles, to the last bit or nearly.
 TEST(NearestTriangle, AnswersTheSameWhateverTheGuess) {
-  const TriangleMesh mesh = refined(box_mesh({0.1, 0.08, 0.02}), 0.013);
+  const TriangleMesh mesh = subdivided(box_mesh({0.1, 0.08, 0.02}), 0.013);
   const NearestTriangle index(mesh);
   const int count = static_cast<int>(mesh.triangles.size());
   scenes::Random random(6);
@@ -411,7 +411,7 @@ Model over_plate(Model model, double edge) {
   const Vec3 size(0.3, 0.3, 0.02);
   const int plate = scenes::add_panel(model, "plate", Vec3(-0.15, -0.15, -0.02), {0.15, 0.15, 0});
   model.boundaries[plate].orientation = Quat(Eigen::AngleAxisd(0.3, Vec3::UnitZ()));
-  model.statistics.monitored = {{plate, refined(box_mesh(size), edge)}};
+  model.statistics.monitored = {{plate, subdivided(box_mesh(size), edge)}};
   return model;
 }
 
@@ -521,7 +521,7 @@ TEST(ContactSums, HaveEveryEndedContactOnce) {
   Model model = small_box(kCount);
   model.statistics.events = true;
   model.statistics.energies = {1e-9, 5, 8};
-  model.statistics.surfaces = {refined(model.shapes[0].mesh, 0.01)};
+  model.statistics.surfaces = {subdivided(model.shapes[0].mesh, 0.01)};
   Solver solver = filled(model, {0.14, 0.12, 0.2});
   scenes::run(solver, 0.3);
   const std::vector<ContactEvent> events = solver.take_events();
@@ -566,7 +566,7 @@ TEST(ContactSums, LieOnTheFaceThatIsHit) {
   const Shape cube = make_box(Vec3::Constant(0.02), scenes::ice_options(0.008, 2e4, 5e-4));
   Model model = scenes::body_on_plane(cube, scenes::law(0.3, 0.3));
   model.timestep = 1e-5;
-  model.statistics.surfaces = {refined(cube.mesh, 0.005)};
+  model.statistics.surfaces = {subdivided(cube.mesh, 0.005)};
   Solver solver(model);
   const Quat x_down(Eigen::AngleAxisd(pi / 2, Vec3::UnitY()));  // its +x looks down
   solver.insert(0, {0, 0, 0.0101}, x_down, {0, 0, -0.5}, Vec3::Zero());

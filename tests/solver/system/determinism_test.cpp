@@ -192,7 +192,7 @@ TEST(Diagnostics, CountsWhatIsThere) {
   EXPECT_GT(solver.diagnostics().rebuilds, lists + 3);
 }
 
-TEST(StateHash, TellsWhichGroupOfTheStateChanged) {
+TEST(StateHash, NamesTheGroupOfTheStateThatChanged) {
   Solver a = falling(small_box(20));
   Solver b = copy_of(a);
   EXPECT_EQ(a.hash(), b.hash());
