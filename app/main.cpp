@@ -15,6 +15,7 @@
 #include <string_view>
 #include <vector>
 
+#include "app/batch_commands/commands.h"
 #include "app/commands/commands.h"
 #include "app/support/exit_status.h"
 #include "app/support/renamed_arguments.h"

@@ -110,8 +110,7 @@ StudySummary carry_out(Study& study, const StudyOptions& options, const std::str
                     {"calibrate", study_identity(study.text, study.source), study.largest_total(),
                      study.execution.slurm},
                     options);
-  const interruption::Advice advice(fmt::format(
-      "everything finished is kept in {}: the same command resumes from there", directory));
+  const interruption::Advice advice(resume_hint(directory) + " from there");
   const std::vector<Study> parts = parts_of(study);
   PartRuns part_runs;
   for (const Study& part : parts)
@@ -128,10 +127,7 @@ StudySummary carry_out(Study& study, const StudyOptions& options, const std::str
       result = direct_search(study, *part_runs.front(), batch.progress());
   } catch (const BatchInterrupted&) {
     StudySummary s;
-    s.headline = fmt::format(
-        "interrupted; everything finished is kept in {}: the same command resumes "
-        "from there",
-        directory);
+    s.headline = fmt::format("interrupted; {} from there", resume_hint(directory));
     s.json = R"({"verdict": "interrupted"})";
     s.directory = directory;
     return s;

@@ -41,7 +41,7 @@ void Calibration::run(std::vector<Point>& points) {
     for (Point& p : points) add_scores(study_.curves[i], a_.curves[i], p);
 }
 
-// The components of the curves that the design gave, and the targets that follow from them. False
+// Computes the principal components of the simulated curves and adds their scores as targets. False
 // where too few runs have a curve.
 bool Calibration::define_scores() {
   for (const CurveTarget& c : study_.curves) {
@@ -55,8 +55,8 @@ bool Calibration::define_scores() {
   return true;
 }
 
-// Seeds that no point has used. The scatter of a simulator may depend on the seed alone, so that
-// points with the same seeds would all be off by the same amount, and not average it out.
+// Seeds that no point has used. If the scatter depends on the seed alone, points with equal seeds
+// have equal errors, which the fit does not average out.
 std::vector<std::uint64_t> Calibration::unused_seeds(int count) {
   std::uint64_t first = next_seed_.value_or(study_.seed + design_seeds);
   if (!next_seed_)
@@ -66,8 +66,8 @@ std::vector<std::uint64_t> Calibration::unused_seeds(int count) {
   return seed_list(first, count);
 }
 
-// The named sets, and the middle of the ranges with the case's numerics and with others. These
-// share their seeds: what differs between them is the effect of the numerics.
+// Runs the parameter sets of [[compare]], and the middle of the ranges with the case's numerics and
+// with those of [[numerics]]. The latter use equal seeds, so that they differ by the numerics only.
 void Calibration::run_initial_design() {
   const Budget& b = study_.budget;
   const std::vector<double> middle =
@@ -91,7 +91,7 @@ void Calibration::run_initial_design() {
     numerics_.back().set = check.set;
     numerics_.back().only = check.only;
   }
-  // What others have run comes first; a run counts at one point only.
+  // Reused runs of other studies come first. A run counts at one point only.
   std::vector<Point> reused = reused_points();
   for (Point& p : reused)
     for (const Point& asked : points)

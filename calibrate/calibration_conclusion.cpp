@@ -22,9 +22,9 @@ constexpr double agreement = 2;
 
 constexpr int sobol_samples = 2048;
 
-// By the pooled noise and this sample's own spread, each with its degrees of freedom; where the
-// noise is not uniform, this sample among them, by that of the neighborhood if it is larger: few
-// seeds that happen to agree are no proof of a quiet place.
+// Standard error of the mean of `s`, from the pooled noise and the spread of `s`, weighted by their
+// degrees of freedom. Where the noise is not uniform, the local noise at `u` is used if it is
+// larger: a few seeds may agree by chance.
 double standard_error(const ResponseModels* fitted, const ResponseId& response, const VectorXd& u,
                       const Sample& s) {
   if (s.count == 0) return std::numeric_limits<double>::quiet_NaN();
@@ -172,7 +172,8 @@ void Calibration::summarize_posterior(const std::vector<Point>& elsewhere) {
 void Calibration::confirm() {
   const Budget& b = study_.budget;
   int seeds = b.confirmation_replicates;
-  // Runs that are left confirm: all, where no batch can use them, else as many again.
+  // Remaining runs of the budget become confirmation runs: all of them if no batch can use them,
+  // else up to twice the stated number.
   if (b.runs > 0 && !b.rounds_stated) {
     const int left = seeds_left() - (a_.ridge.empty() ? 0 : 2 * b.endpoint_replicates);
     seeds = std::max(seeds, budget_used_ ? left : std::min(left, 2 * b.confirmation_replicates));
@@ -218,7 +219,7 @@ CheckedSet Calibration::checked(const std::string& name, const Point& point) con
   return set;
 }
 
-// All targets together, so that many of them do not make a disagreement by chance likelier.
+// One test of all targets together, so that the false alarm rate does not grow with their number.
 bool Calibration::agrees(const CheckedSet& set) const {
   constexpr double significance = 0.05;
   double chi_square = 0;
@@ -339,7 +340,7 @@ CalibrationResult Calibration::finish() {
         const auto f = [&](const VectorXd& u) { return m.surrogate.best.predict_mean(u); };
         const int d = static_cast<int>(study_.parameters.size());
         Sensitivity s{m.response.label, sobol_indices(f, d, sobol_samples), 0};
-        // The other kind of model is as good a witness of what the response depends on.
+        // The intervals include the indices of the other kind of model.
         const SobolIndices other = sobol_indices(
             [&](const VectorXd& u) { return m.surrogate.other.predict_mean(u); }, d, sobol_samples);
         const auto widen = [](Eigen::MatrixX2d& interval, const VectorXd& estimate) {

@@ -351,8 +351,9 @@ std::vector<Vec2> RectifiedLedge::outline(double shift) const {
     lowest = std::min(lowest, bottom * step_);
   }
   if (lowest > particle_size_) {
-    refuse(fmt::format("what is seen hangs {:.3g} m above the floor; expected a heap on z = 0",
-                       lowest));
+    refuse(fmt::format(
+        "the lowest point of the outline is {:.3g} m above the floor; expected a heap on z = 0",
+        lowest));
   }
   constexpr double kLeastCovered = 0.5;
   if (covered < kLeastCovered * in_window) {

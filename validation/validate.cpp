@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "experiments/batch/batch_folder.h"
+#include "experiments/case_reader/read_case.h"
 #include "experiments/material_records/material_database.h"
 #include "experiments/system/interruption.h"
 #include "experiments/system/output_file.h"
@@ -37,8 +38,7 @@ class Runner {
         directory,
         {"validate", "validation " + suite_.name, largest_total(), suite_.execution.slurm},
         options_);
-    const interruption::Advice advice(
-        fmt::format("everything finished is kept in {}: the same command resumes", directory));
+    const interruption::Advice advice(resume_hint(directory));
     Batch batch(folder.executor(), folder.journal(), folder.store(), folder.progress(),
                 options_.interrupt);
     try {

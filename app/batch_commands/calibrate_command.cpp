@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "app/commands/commands.h"
+#include "app/batch_commands/commands.h"
 #include "app/support/batch_options.h"
 #include "app/support/exit_status.h"
 #include "app/support/report_page.h"
@@ -15,6 +15,7 @@
 #include "experiments/batch/batch_folder.h"
 #include "experiments/batch/execution/execution_settings.h"
 #include "experiments/batch/slurm/slurm_executor.h"
+#include "experiments/case_reader/case_from_results.h"
 #include "experiments/material_records/material_database.h"
 #include "experiments/system/interruption.h"
 #include "experiments/system/terminal.h"
@@ -31,7 +32,7 @@ void draw_example(const StudySummary& summary) {
   if (summary.example_run.empty()) return;
   try {
     const Recording recording(summary.example_run);
-    if (!recording.read_case().drained_repose) return;
+    if (!read_case(recording).drained_repose) return;
     const std::string picture =
         (std::filesystem::path(summary.directory) / "drained_heap.png").string();
     with_kept_runs(summary.directory,
@@ -192,19 +193,16 @@ void add_calibrate_command(CLI::App& app, int& status) {
           ->add_option("--save", options->save.name,
                        "Keep the answer as the next version of this material record")
           ->type_name("NAME");
-  command
-      ->add_option("--author", options->save.author, "Who answers for it; the account by default")
+  command->add_option("--author", options->save.author, "Author; the account by default")
       ->needs(save_option)
       ->type_name("TEXT");
   command
       ->add_option("--scope", a->scope,
-                   "Where it holds, such as \"temperature=-10 to -5 C\" (may be repeated)")
+                   "Scope of validity, such as \"temperature=-10 to -5 C\" (may be repeated)")
       ->needs(save_option)
       ->allow_extra_args(false)
       ->type_name("NAME=TEXT");
-  command->add_option("--note", options->save.note, "What else is to be known of it")
-      ->needs(save_option)
-      ->type_name("TEXT");
+  command->add_option("--note", options->save.note, "Note")->needs(save_option)->type_name("TEXT");
   command->add_option("--database", a->database, "File of material records; docs/materials.md")
       ->needs(save_option)
       ->type_name("FILE");

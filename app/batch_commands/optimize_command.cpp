@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "app/commands/commands.h"
+#include "app/batch_commands/commands.h"
 #include "app/support/batch_options.h"
 #include "app/support/batch_result.h"
 #include "app/support/exit_status.h"

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "app/commands/commands.h"
+#include "app/batch_commands/commands.h"
 #include "app/support/batch_options.h"
 #include "app/support/batch_result.h"
 #include "app/support/exit_status.h"
@@ -42,7 +42,7 @@ void add_validate_command(CLI::App& app, int& status) {
   auto a = std::make_shared<ValidateArguments>();
   ValidationOptions* options = &a->options;
   CLI::App* command = app.add_subcommand(
-      "validate", "Compare simulations with experiments, with both uncertainties, and judge");
+      "validate", "Compare simulations with experiments, with both uncertainties");
   command
       ->add_option("SUITE.toml", options->suite_file,
                    "The suite: parameter sets, experiments, comparisons")

@@ -1,6 +1,6 @@
-// The sub-commands of the program. Each adds itself to the command line; when the user calls it,
-// its callback does the work and stores the exit status (exit_status.h). Errors leave as
-// exceptions.
+// The sub-commands of the program, except those of app/batch_commands/. Each adds itself to the
+// command line; when the user calls it, its callback does the work and stores the exit status
+// (exit_status.h). Errors leave as exceptions.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -9,14 +9,9 @@ namespace firn {
 
 void add_run_command(CLI::App& app, int& status);
 void add_measure_command(CLI::App& app, int& status);
-void add_calibrate_command(CLI::App& app, int& status);
-void add_slurm_task_command(CLI::App& app, int& status);
 void add_shape_command(CLI::App& app, int& status);
 void add_export_command(CLI::App& app, int& status);
 void add_report_command(CLI::App& app, int& status);
-void add_optimize_command(CLI::App& app, int& status);
-void add_sweep_command(CLI::App& app, int& status);
-void add_validate_command(CLI::App& app, int& status);
 void add_verify_command(CLI::App& app, int& status);
 void add_contacts_command(CLI::App& app, int& status);
 void add_compare_traces_command(CLI::App& app, int& status);

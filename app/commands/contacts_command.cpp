@@ -15,6 +15,8 @@
 #include "app/support/count_range.h"
 #include "app/support/default_threads.h"
 #include "app/support/exit_status.h"
+#include "experiments/case_reader/case_from_results.h"
+#include "experiments/case_reader/read_case.h"
 #include "experiments/results/results_file.h"
 #include "experiments/run/replay.h"
 #include "experiments/system/interruption.h"
@@ -70,7 +72,7 @@ ReplaySource open_source(const ContactsArguments& a) {
   if (!a.settings.empty())
     throw InputError("--set: changes a case file; expected none together with a results file");
   const Recording recording(a.file);
-  s.c = recording.read_case();
+  s.c = read_case(recording);
   const std::vector<double> times = recording.frame_times();
   if (times.empty()) throw InputError(a.file + ": holds no frame; expected a run that has begun");
   s.last_frame = s.last_step = to_steps(s.c, times.back());
@@ -217,7 +219,7 @@ Outputs outputs_of(const std::string& output, bool whole, bool points) {
           points ? (folder / "contacts.vtp").string() : ""};
 }
 
-void tell_written(const Outputs& out) {
+void log_outputs(const Outputs& out) {
   if (!out.picture.empty()) print_lines(stderr, "drawn in {}\n", out.picture);
   if (!out.table.empty()) print_lines(stderr, "tabled in {}\n", out.table);
   if (!out.points.empty()) print_lines(stderr, "points for ParaView in {}\n", out.points);
@@ -251,7 +253,7 @@ int audit_instant(const ContactsArguments& a, const ReplaySource& source) {
   if (!out.picture.empty()) draw_contacts(source.c, choice, *now, out.picture);
   if (!out.table.empty()) write_contacts_csv(source.c.model, now->contacts, out.table);
   if (!out.points.empty()) write_contacts_vtk(now->contacts, out.points);
-  tell_written(out);
+  log_outputs(out);
   return ExitStatus::done;
 }
 
@@ -283,7 +285,7 @@ int audit_history(const ContactsArguments& a, const ReplaySource& source) {
                 events_text(source.c, history.events()));
   if (!out.picture.empty()) draw_history(source.c, choice, history.rows(), out.picture);
   if (!out.table.empty()) write_history_csv(history.rows(), out.table);
-  tell_written(out);
+  log_outputs(out);
   return ExitStatus::done;
 }
 

@@ -9,6 +9,7 @@
 
 #include "app/commands/commands.h"
 #include "app/support/exit_status.h"
+#include "experiments/case_reader/case_from_results.h"
 #include "experiments/export/export.h"
 #include "experiments/system/terminal.h"
 #include "experiments/text/units.h"
@@ -52,7 +53,7 @@ int export_picture(const Recording& recording, const ExportArguments& a) {
         std::ranges::min_element(times, {}, [&](double t) { return std::abs(t - time); }) -
         times.begin());
   }
-  if (recording.read_case().drained_repose)
+  if (read_case(recording).drained_repose)
     draw_heap(recording, frame, file);
   else
     draw_scene(recording, frame, file);

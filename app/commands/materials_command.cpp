@@ -96,8 +96,8 @@ int diff(const MaterialsArguments& a) {
   return ExitStatus::done;
 }
 
-int tell_written(const MaterialsArguments& a, const MaterialDatabase& database,
-                 const std::vector<StoredRecord>& written) {
+int print_written(const MaterialsArguments& a, const MaterialDatabase& database,
+                  const std::vector<StoredRecord>& written) {
   if (a.json) {
     print_json(records_json(written));
     return ExitStatus::done;
@@ -121,7 +121,7 @@ int add(const MaterialsArguments& a) {
     records.push_back(r.record);
   }
   MaterialDatabase database(a.database_file(), Access::write);
-  return tell_written(a, database, database.add(records));
+  return print_written(a, database, database.add(records));
 }
 
 int import(const MaterialsArguments& a) {
@@ -129,7 +129,7 @@ int import(const MaterialsArguments& a) {
   for (const ReadRecord& r : read_records_file(a.file))
     records.push_back({r.record, r.sha256, false});
   MaterialDatabase database(a.database_file(), Access::write);
-  return tell_written(a, database, database.import(records));
+  return print_written(a, database, database.import(records));
 }
 
 int write_export(const MaterialsArguments& a) {
@@ -154,19 +154,19 @@ int write_export(const MaterialsArguments& a) {
   return ExitStatus::done;
 }
 
-const char* to_string(Finding finding) {
-  switch (finding) {
-    case Finding::holds:
+const char* to_string(CheckOutcome outcome) {
+  switch (outcome) {
+    case CheckOutcome::passed:
       return "holds";
-    case Finding::fails:
+    case CheckOutcome::failed:
       return "fails";
-    case Finding::unknown:
+    case CheckOutcome::not_checked:
       return "unknown";
   }
   return "";
 }
 
-bool failed(const RecordCheck& check) { return check.finding == Finding::fails; }
+bool failed(const RecordCheck& check) { return check.outcome == CheckOutcome::failed; }
 
 int verify_materials(const MaterialsArguments& a) {
   const MaterialDatabase database(a.database_file());
@@ -174,7 +174,7 @@ int verify_materials(const MaterialsArguments& a) {
   for (const std::string& text : a.names.empty() ? database.names() : a.names) {
     const MaterialChoice choice = record_choice(text);
     std::vector<RecordCheck> found = verify_records(database, choice);
-    if (a.replay && found[0].finding == Finding::holds) {
+    if (a.replay && found[0].outcome == CheckOutcome::passed) {
       const auto replayed =
           replay_record(database.find(choice.name, choice.version), a.replay_options);
       found.insert(found.end(), replayed.begin(), replayed.end());
@@ -187,12 +187,12 @@ int verify_materials(const MaterialsArguments& a) {
     for (const RecordCheck& c : checks)
       all.push_back({{"record", c.record},
                      {"what", c.what},
-                     {"finding", to_string(c.finding)},
+                     {"finding", to_string(c.outcome)},
                      {"detail", c.detail}});
     print_json({{"holds", good}, {"checks", all}});
   } else {
     for (const RecordCheck& c : checks)
-      print_lines(stdout, "{:<8} {}: {}{}\n", failed(c) ? "FAILS" : to_string(c.finding), c.record,
+      print_lines(stdout, "{:<8} {}: {}{}\n", failed(c) ? "FAILS" : to_string(c.outcome), c.record,
                   c.what, c.detail.empty() ? "" : ": " + c.detail);
   }
   return good ? ExitStatus::done : ExitStatus::requirement_missed;

@@ -8,6 +8,7 @@
 #include "app/commands/commands.h"
 #include "app/output/response_output.h"
 #include "app/support/exit_status.h"
+#include "experiments/responses/measure.h"
 #include "experiments/results/results_file.h"
 #include "experiments/system/gnuplot.h"
 #include "experiments/system/output_file.h"
@@ -181,15 +182,16 @@ int measure_photos(const MeasureArguments& a) {
   return ExitStatus::done;
 }
 
-int measure_what_is_named(const MeasureArguments& a) {
+int measure_response(const MeasureArguments& a) {
   if (a.photos.empty()) {
     if (a.file.empty()) throw CLI::RequiredError("RUN.h5");
     return measure_file(a);
   }
   if (a.setup.empty()) throw CLI::RequiredError("--setup");
   if (!a.file.empty())
-    throw InputError(
-        fmt::format("{}: goes with no --photo; expected a results file or photographs", a.file));
+    throw InputError(fmt::format(
+        "{}: is given together with --photo; expected either a results file or photographs",
+        a.file));
   return measure_photos(a);
 }
 
@@ -234,7 +236,7 @@ void add_measure_command(CLI::App& app, int& status) {
       ->allow_extra_args(false)
       ->excludes(photo);
   command->add_flag("--json", arguments->json, "Print JSON on standard output and nothing else");
-  command->callback([arguments, &status] { status = measure_what_is_named(*arguments); });
+  command->callback([arguments, &status] { status = measure_response(*arguments); });
 }
 
 }  // namespace firn

@@ -46,7 +46,7 @@ void add_report_command(CLI::App& app, int& status) {
   auto a = std::make_shared<ReportArguments>();
   CLI::App* command =
       app.add_subcommand("report",
-                         "One HTML page that stands alone, from the results of a "
+                         "Self-contained HTML report, from the results of a "
                          "run (with a replay), a study, validation, sweep or optimization");
   command
       ->add_option(

@@ -21,6 +21,8 @@
 #include "app/support/count_range.h"
 #include "app/support/default_threads.h"
 #include "app/support/exit_status.h"
+#include "experiments/case_reader/case_from_results.h"
+#include "experiments/case_reader/read_case.h"
 #include "experiments/inspection/run_diagnostics.h"
 #include "experiments/inspection/state_trace.h"
 #include "experiments/material_records/material_record.h"
@@ -70,8 +72,8 @@ std::string default_output(const Case& c) {
   return fmt::format("runs/{}-seed{}.h5", name.empty() ? "case" : name, c.seed);
 }
 
-// Which values of the case came from a record, and which of the record's it did not take.
-void tell_materials(const Case& c, const toml::table& resolved) {
+// Logs the values that each material record sets, and those of its values that are not used.
+void log_materials(const Case& c, const toml::table& resolved) {
   for (const AppliedMaterial& m : c.material_records) {
     std::vector<std::string> sets;
     for (const std::string& key : m.applied_keys) {
@@ -82,7 +84,7 @@ void tell_materials(const Case& c, const toml::table& resolved) {
     spdlog::info("material {}{}{} sets {}", m.record, m.selection.empty() ? "" : ", ", m.selection,
                  sets.empty() ? "nothing" : comma_list(sets));
     if (!m.overridden_keys.empty())
-      spdlog::info("  the case goes before it in {}", comma_list(m.overridden_keys));
+      spdlog::info("  the case takes precedence for {}", comma_list(m.overridden_keys));
     if (!m.unmatched_keys.empty())
       spdlog::info("  the case has no place for {}", comma_list(m.unmatched_keys));
     if (!m.contact_model) continue;
@@ -95,7 +97,7 @@ void log_case(const Case& c, const std::string& results_file) {
   spdlog::info("case {} ({}), seed {}", c.name, c.source, c.seed);
   if (!c.start.empty()) spdlog::info("starts from {}", c.start);
   const toml::table resolved = toml::parse(c.resolved);
-  tell_materials(c, resolved);
+  log_materials(c, resolved);
   const std::set<std::string> rounded = shapes_with_stated_rounding(c);
   for (std::size_t i = 0; i < c.model.shapes.size(); ++i) {
     const Shape& shape = c.model.shapes[i];
@@ -198,11 +200,11 @@ void log_summary(const Case& c, const RunSummary& s) {
   if (s.steps == 0) return;  // nothing was simulated: it was finished already
   spdlog::info("{} steps in all; {} of wall time in this session", s.steps, duration_text(s.wall));
   spdlog::info(
-      "diagnostics: largest overlap {} mm ({} % of the thickness), {} late contacts, "
+      "diagnostics: largest overlap {} mm ({} % of the thickness), {} late contact{}, "
       "energy error {} J",
       number_text(s.diagnostics.largest_overlap * 1e3, 3),
       number_text(100 * relative_overlap(c, s.diagnostics), 2), s.diagnostics.late_contacts,
-      number_text(s.diagnostics.energy_error, 3));
+      s.diagnostics.late_contacts == 1 ? "" : "s", number_text(s.diagnostics.energy_error, 3));
   spdlog::info(
       "energy: {} J kinetic, {} J elastic, {} J dissipated by restitution, {} J by friction{}",
       number_text(s.energy.kinetic), number_text(s.energy.elastic),
@@ -264,7 +266,7 @@ TraceOptions trace_options(const RunArguments& a) {
 }
 
 Case read_case_to_run(const RunArguments& a) {
-  if (!a.resume_file.empty()) return Recording(a.resume_file).read_case();
+  if (!a.resume_file.empty()) return read_case(Recording(a.resume_file));
   std::vector<Override> overrides;
   for (const std::string& text : a.settings) overrides.push_back(parse_override(text));
   if (a.seed) overrides.emplace_back("case.seed", std::to_string(*a.seed));
@@ -345,7 +347,7 @@ void add_run_command(CLI::App& app, int& status) {
       ->add_option(
           "--material", a->materials.records,
           "Values of a material record over those of the case: NAME[@VERSION],\n"
-          "with #3 a sample of its posterior ensemble (may be repeated; --set goes before it)")
+          "with #3 a sample of its posterior ensemble (may be repeated; --set takes precedence)")
       ->type_name("NAME")
       ->allow_extra_args(false);
   command

@@ -12,6 +12,7 @@
 #include "app/support/case_file.h"
 #include "app/support/exit_status.h"
 #include "experiments/case/case.h"
+#include "experiments/case_reader/read_case.h"
 #include "experiments/meshes/length_unit.h"
 #include "experiments/meshes/mesh_file.h"
 #include "experiments/meshes/mesh_repair.h"
@@ -88,7 +89,7 @@ int write_union(const ShapeArguments& a, const TriangleMesh& mesh, const MeshDef
     throw InputError(
         fmt::format("{}: {}; and cannot be united: {}; expected closed shells that do "
                     "not cross themselves",
-                    a.file, conflicts.sentence(), e.what()));
+                    a.file, conflicts.to_message(), e.what()));
   }
   write_stl(a.united, united, length_unit_option(a));
   const double volume = mass_properties(united).volume;
@@ -101,7 +102,7 @@ int write_union(const ShapeArguments& a, const TriangleMesh& mesh, const MeshDef
           {{"file", a.united}, {"triangles", united.triangles.size()}, {"volume", volume}}}});
   else
     print_lines(stdout, "{}\n  {:<22}{}\n  {:<22}{} triangles, {:.6g} cm^3\n", a.file, "defects",
-                conflicts.sentence(), "union", united.triangles.size(), volume * 1e6);
+                conflicts.to_message(), "union", united.triangles.size(), volume * 1e6);
   print_lines(stderr, "united in {}\n", a.united);
   return ExitStatus::done;
 }
@@ -111,10 +112,10 @@ int write_union(const ShapeArguments& a, const TriangleMesh& mesh, const MeshDef
 int print_unsound(const ShapeArguments& a, const TriangleMesh& mesh, const MeshDefects& defects,
                   const MeshConflicts& conflicts, const MeshRepair& repair) {
   if (!a.united.empty()) {
-    if (defects.sound()) return write_union(a, mesh, defects, conflicts);
+    if (defects.is_valid()) return write_union(a, mesh, defects, conflicts);
     throw InputError(
         fmt::format("{}: {}; expected a mesh without them for --united, see --repair-to", a.file,
-                    defects.sentence()));
+                    defects.to_message()));
   }
   const auto [low, high] = bounding_box(mesh);
   if (a.json) {
@@ -129,7 +130,7 @@ int print_unsound(const ShapeArguments& a, const TriangleMesh& mesh, const MeshD
                 mesh.triangles.size(), "bounding box", mm_text(high - low), repair_rows(repair));
   }
   if (!find_conflicts(repair.mesh).none()) {
-    const bool unitable = defects.sound() && conflicts.intersections == 0;
+    const bool unitable = defects.is_valid() && conflicts.intersections == 0;
     print_lines(stderr,
                 "firn: {}: {}{}; expected surfaces that do not cross and no solid inside another "
                 "one\n",
@@ -171,7 +172,8 @@ int print_boundary_mesh(const ShapeArguments& a) {
   b.kind = Boundary::Kind::solid;
   b.mesh = read_mesh_file(a.file, unit, limits).mesh;
   try {
-    b.parts = wall_solids(b.mesh, thickness);
+    b.parts = with_repair_advice(b.mesh, MeshUse::boundary, a.file, a.length_unit,
+                                 [&] { return wall_solids(b.mesh, thickness); });
   } catch (const InputError& e) {
     throw InputError(fmt::format("{}: {}", a.file, e.what()));
   }
@@ -217,7 +219,7 @@ int print_mesh(const ShapeArguments& a) {
   const MeshDefects defects = inspect(mesh);
   const MeshRepair repair = firn::repair(read_triangles(a.file, unit, limits));
   const MeshConflicts conflicts = find_conflicts(mesh);
-  if (!defects.sound() || !conflicts.none())
+  if (!defects.is_valid() || !conflicts.none())
     return print_unsound(a, mesh, defects, conflicts, repair);
   if (!a.repaired.empty())
     throw InputError(fmt::format("--repair-to: {} has nothing to repair", a.file));
@@ -247,13 +249,13 @@ int print_boundary(const ShapeArguments& a, const Case& c,
     std::vector<std::string_view> names;
     names.reserve(walls.size());
     for (const BoundaryProperties& w : walls) names.push_back(w.name);
-    throw InputError(
-        names.empty() ? fmt::format("--boundary {}: {} has no boundaries", a.boundary, a.file)
-        : a.boundary.empty()
-            ? fmt::format("--boundary: names no boundary of {}; expected one of {}", a.file,
-                          comma_list(names))
-            : fmt::format("--boundary {}: unknown boundary of {}; the nearest known one is \"{}\"",
-                          a.boundary, a.file, nearest(a.boundary, names)));
+    throw InputError(names.empty()
+                         ? fmt::format("--boundary {}: {} has no boundaries", a.boundary, a.file)
+                     : a.boundary.empty()
+                         ? fmt::format("--boundary: names no boundary of {}; expected one of {}",
+                                       a.file, comma_list(names))
+                         : fmt::format("--boundary {}: unknown boundary of {}; {}", a.boundary,
+                                       a.file, suggestion(a.boundary, names)));
   }
   if (a.json)
     print_json(boundary_json(*wall));
@@ -276,9 +278,9 @@ int print_case(const ShapeArguments& a) {
   const Case c = read_case(a.file, overrides);
   std::vector<BoundaryProperties> walls = boundary_properties(c);
   if (!a.thickness.empty())
-    throw InputError("--thickness: stands in the case; expected a mesh file");
+    throw InputError("--thickness: is given with a case file; expected a mesh file");
   if (!a.united.empty())
-    throw InputError("--united: unites the shells of a mesh file; expected one");
+    throw InputError("--united: is given with a case file; expected a mesh file");
   if (a.as_boundary) return print_boundary(a, c, walls);
   if (a.json) {
     Json shapes = Json::array(), boundaries = Json::array();

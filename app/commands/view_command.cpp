@@ -21,6 +21,7 @@
 #include "app/support/report_page.h"
 #include "experiments/batch/batch_state.h"
 #include "experiments/case/case.h"
+#include "experiments/case_reader/read_case.h"
 #include "experiments/results/results_lock.h"
 #include "experiments/storage/hdf5_file.h"
 #include "experiments/system/input_file.h"

@@ -37,16 +37,16 @@ std::string from_to(const Vec3& lower, const Vec3& upper) {
 
 // A wall may be open, or a closed one that faces inwards: a container.
 std::string surface_text(const MeshDefects& defects) {
-  if (defects.sound()) return "closed";
+  if (defects.is_valid()) return "closed";
   MeshDefects others = defects;
   others.inside_out = false;
-  if (others.sound()) return "closed, faces inwards: bodies are inside";
+  if (others.is_valid()) return "closed, faces inwards: bodies are inside";
   others.inside_out = defects.inside_out && defects.open_edges == 0;
   others.open_edges = 0;
   const std::string open = defects.open_edges > 0
                                ? fmt::format("open, {} free edges", defects.open_edges)
                                : std::string("closed");
-  return others.sound() ? open : open + ", " + others.sentence();
+  return others.is_valid() ? open : open + ", " + others.to_message();
 }
 
 }  // namespace
@@ -64,7 +64,7 @@ BoundaryProperties sample_statistics(const Boundary& b, const std::string& kind,
   const auto [low, high] = bounding_box(placed(b));
   facts.world_lower = low;
   facts.world_upper = high;
-  if (!facts.defects.sound()) return facts;
+  if (!facts.defects.is_valid()) return facts;
   facts.volume = mass_properties(b.mesh).volume;
   if (density > 0) facts.mass = density * *facts.volume;
   return facts;
@@ -92,7 +92,7 @@ std::string boundary_table(const BoundaryProperties& facts) {
   if (facts.triangles == 0) return table;
   table += row("triangles", std::to_string(facts.triangles));
   table += row("surface", surface_text(facts.defects));
-  if (!facts.conflicts.none()) table += row("conflicts", facts.conflicts.sentence());
+  if (!facts.conflicts.none()) table += row("conflicts", facts.conflicts.to_message());
   table += row("bounding box", mm_text(facts.upper - facts.lower));
   table += row("at the start", from_to(facts.world_lower, facts.world_upper));
   table += row("convex parts", std::to_string(facts.parts));
@@ -106,7 +106,7 @@ Json boundary_json(const BoundaryProperties& facts) {
   if (facts.triangles == 0) return json;
   json["triangles"] = facts.triangles;
   json["convex_parts"] = facts.parts;
-  json["closed"] = facts.defects.sound();
+  json["closed"] = facts.defects.is_valid();
   json["defects"] = defects_json(facts.defects, facts.conflicts);
   json["bounding_box"] = {{"min", vector_json(facts.lower)}, {"max", vector_json(facts.upper)}};
   json["at_start"] = {{"min", vector_json(facts.world_lower)},

@@ -38,7 +38,7 @@ void append_values(std::string& out, const MaterialRecord& r) {
     for (const std::string& key : p.keys) line(out, "  {:<26} -> {}", "", key);
     if (!p.note.empty()) line(out, "  {:<26} {}", "", p.note);
   }
-  if (!r.properties.empty()) out += "\nknown besides (no case takes it)\n";
+  if (!r.properties.empty()) out += "\nother properties (not used by cases)\n";
   for (const MaterialProperty& p : r.properties) {
     std::string text;
     if (p.value) text += value_text(*p.value, p.uncertainty, p.unit);
@@ -116,7 +116,7 @@ void append_ensemble(std::string& out, const MaterialRecord& r) {
     if (!a.runs.empty())
       line(out, "  {:<26} simulated {} times: {}", "", a.runs.size(), simulated_text(a));
     for (const MaterialResponse& p : a.predicted)
-      line(out, "  {:<26} the study's model says {} {}", "", p.name,
+      line(out, "  {:<26} the study's model predicts {} {}", "", p.name,
            value_text(p.value, p.uncertainty, p.unit));
   }
 }

@@ -25,7 +25,7 @@ double thinnest_part(const Shape& s) {
 }  // namespace
 
 std::string defects_text(const MeshDefects& defects, const MeshConflicts& conflicts) {
-  const std::string first = defects.sentence(), second = conflicts.sentence();
+  const std::string first = defects.to_message(), second = conflicts.to_message();
   if (first.empty() && second.empty()) return "none";
   return first + (first.empty() || second.empty() ? "" : ", ") + second;
 }
@@ -97,7 +97,7 @@ Json shape_json(const Shape& s) {
           {"triangles", s.mesh.triangles.size()},
           {"vertices", s.mesh.vertices.size()},
           {"defects", defects_json(inspect(s.mesh), find_conflicts(s.mesh))},
-          {"watertight", inspect(s.mesh).sound()},
+          {"watertight", inspect(s.mesh).is_valid()},
           {"bounding_box", {{"min", vector_json(low)}, {"max", vector_json(high)}}},
           {"box", vector_json(s.box)},
           {"volume", s.volume},

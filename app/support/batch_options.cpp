@@ -30,9 +30,7 @@ void apply(const BatchArguments& arguments, BatchOptions& options) {
 }
 
 int report_interruption(const std::string& directory) {
-  print_lines(stderr,
-              "firn: interrupted; everything finished is kept in {}: the same command resumes\n",
-              directory);
+  print_lines(stderr, "firn: interrupted; {}\n", resume_hint(directory));
   return ExitStatus::interrupted;
 }
 
@@ -45,8 +43,7 @@ void add_batch_options(CLI::App& command, BatchArguments& a, const std::string& 
       ->check(CLI::Range(1, 1024))
       ->type_name("N");
   command
-      .add_option("--executor", a.executor,
-                  "Who simulates: this machine, or the cluster it belongs to")
+      .add_option("--executor", a.executor, "Executor: this machine, or the cluster it belongs to")
       ->check(CLI::IsMember({"local", "slurm"}))
       ->capture_default_str();
   CLI::Option* store = command

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "experiments/analysis/sample_statistics.h"
+#include "experiments/case_reader/read_case.h"
 #include "experiments/run/run.h"
 #include "experiments/storage/sha256.h"
 #include "experiments/storage/version.h"
@@ -23,16 +24,16 @@ namespace {
 namespace fs = std::filesystem;
 
 RecordCheck check_file(const std::string& record, const RawData& data) {
-  RecordCheck check{record, fmt::format("{} {}", data.what, data.file), Finding::holds, ""};
+  RecordCheck check{record, fmt::format("{} {}", data.what, data.file), CheckOutcome::passed, ""};
   std::error_code error;
   const std::string file =
       fs::is_regular_file(data.file, error) ? data.file : moved_file(data.file);
   if (file.empty()) {
-    check.finding = Finding::unknown;
+    check.outcome = CheckOutcome::not_checked;
     check.detail = "is not here";
   } else if (sha256(read_input_file(file, "raw data", input_limits::raw_data_bytes)) !=
              data.sha256) {
-    check.finding = Finding::fails;
+    check.outcome = CheckOutcome::failed;
     check.detail = "is another file now: its hash differs";
   }
   return check;
@@ -75,24 +76,24 @@ void judge(const Replayed& r, bool same_program, RecordCheck& check) {
     return;
   }
   if (r.now.size() != r.recorded.size()) {
-    check.finding = Finding::fails;
+    check.outcome = CheckOutcome::failed;
     check.detail = fmt::format("{} of {} runs still give it", r.now.size(), r.recorded.size());
     return;
   }
   check.detail = fmt::format("recorded {:.6g}, now {:.6g} (mean of {} runs)", mean(r.recorded),
                              mean(r.now), r.now.size());
   if (same_program) {
-    check.finding = Finding::fails;
+    check.outcome = CheckOutcome::failed;
     check.detail += "; expected the same bits of the same program";
   } else if (r.all.size() < 2) {
-    check.finding = Finding::unknown;
+    check.outcome = CheckOutcome::not_checked;
     check.detail += "; one recorded run has no scatter to judge by";
   } else {
     // Chaos makes of another program's run another member of the same population.
     const double bound =
         student_99(r.all.size() - 1) * standard_deviation(r.all) *
         std::sqrt(1 / static_cast<double>(r.now.size()) + 1 / static_cast<double>(r.all.size()));
-    if (!(std::abs(mean(r.now) - mean(r.all)) <= bound)) check.finding = Finding::fails;
+    if (!(std::abs(mean(r.now) - mean(r.all)) <= bound)) check.outcome = CheckOutcome::failed;
     check.detail += fmt::format("; the recorded scatter allows {:.2g}", bound);
   }
 }
@@ -151,9 +152,9 @@ std::vector<RecordCheck> verify_records(const MaterialDatabase& database,
   std::vector<RecordCheck> checks;
   const std::vector<std::string> faults = database.integrity_errors(choice.name);
   for (const std::string& fault : faults)
-    checks.push_back({choice.name, "content", Finding::fails, fault});
+    checks.push_back({choice.name, "content", CheckOutcome::failed, fault});
   if (!faults.empty()) return checks;
-  checks.push_back({choice.name, "content", Finding::holds, "every version has its hash"});
+  checks.push_back({choice.name, "content", CheckOutcome::passed, "every version has its hash"});
   const StoredRecord stored = database.find(choice.name, choice.version);
   for (const RawData& data : stored.record.provenance.raw_data)
     checks.push_back(check_file(stored.record.reference(), data));
@@ -164,14 +165,14 @@ std::vector<RecordCheck> replay_record(const StoredRecord& stored,
                                        const RecordReplayOptions& options) {
   const MaterialRecord& r = stored.record;
   if (!r.ensemble || r.provenance.cases.empty())
-    return {{r.reference(), "replay", Finding::unknown, "rests on no simulation"}};
+    return {{r.reference(), "replay", CheckOutcome::not_checked, "rests on no simulation"}};
   const bool same_program = r.provenance.program == program_identity();
   std::vector<RecordCheck> checks;
   for (const ReferenceSet& reference : r.ensemble->reference_sets) {
     for (const SimulatedCase& simulated : r.provenance.cases) {
       for (const auto& [response, replayed] : replay(r, reference, simulated, options)) {
         RecordCheck check{r.reference(), fmt::format("replay of #{}: {}", reference.name, response),
-                          Finding::holds, ""};
+                          CheckOutcome::passed, ""};
         judge(replayed, same_program, check);
         checks.push_back(check);
       }

@@ -8,11 +8,12 @@
 
 namespace firn {
 
-enum class Finding { holds, fails, unknown };  // unknown: a file that is not here, no scatter known
+// not_checked: a file is missing, or the scatter is unknown.
+enum class CheckOutcome { passed, failed, not_checked };
 
 struct RecordCheck {
   std::string record, what;
-  Finding finding = Finding::holds;
+  CheckOutcome outcome = CheckOutcome::passed;
   std::string detail;
 };
 

@@ -150,10 +150,10 @@ class Cloud {
   std::mt19937_64 random_;
 };
 
-constexpr double end_part = 0.02;  // of a range, which counts as its end
+constexpr double end_part = 0.02;  // fraction of a range that counts as its end
 
-// Which ends of the range of a parameter may be the truth: samples there are no worse than a
-// profile allows.
+// Ends of a parameter's range inside its 95 % profile-likelihood interval, judged by the samples
+// there.
 struct PossibleEnds {
   bool at_min = false, at_max = false;
 };
@@ -198,12 +198,13 @@ Marginal marginal(const Study& study, const Posterior& p, const std::vector<Poss
   for (std::size_t s = 0; s < x.size(); ++s)
     m.sd += p.weight[s] * (x[s] - m.mean) * (x[s] - m.mean);
   m.sd = std::sqrt(m.sd);
-  // A central interval would never hold an end of the range.
+  // A central interval never contains an end of the range: one-sided intervals are used there.
   m.at_min = ends[index].at_min;
   m.at_max = ends[index].at_max;
   double low = m.at_min ? 0 : weighted_quantile(x, p.weight, m.at_max ? 0.05 : 0.025);
   double high = m.at_max ? 1 : weighted_quantile(x, p.weight, m.at_min ? 0.95 : 0.975);
-  // In a valley, where another parameter is at its end, this one is at the end of its marginal.
+  // On a ridge, this parameter is at the end of its marginal where another one is at the end of its
+  // range. The interval is widened to include these samples.
   for (Index other = 0; other < p.u.front().size(); ++other) {
     if (other == i) continue;
     const PossibleEnds& of = ends[static_cast<std::size_t>(other)];

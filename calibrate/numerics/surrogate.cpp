@@ -16,24 +16,26 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Standard deviations believed of the trend's coefficients, in units of the spread of the data,
-// for coordinates that run from -1 to 1.
+// Prior standard deviations of the trend's coefficients, in units of the spread of the data, for
+// coordinates from -1 to 1.
 constexpr double level_prior_sd = 10, slope_prior_sd = 10, curvature_prior_sd = 1;
-// The same of the bias of a low fidelity: as large as the response varies, and less of its slopes
-// and its curvature. A few points in both forms hardly show a curvature: it must not be excluded.
+// The same for the bias of a low fidelity. The level is as large as the spread of the response,
+// slopes and curvature are smaller. The curvature is not excluded, although a few points in both
+// forms hardly determine it.
 constexpr double bias_level_prior_sd = 1, bias_slope_prior_sd = 0.3, bias_curvature_prior_sd = 0.1;
-// Ranges and priors of departure and length: a process of a tenth of the spread, lack of fit of a
-// fiftieth, and shapes as wide as most of the range. Keeps a handful of points from choosing
-// wonders. With one run at most points, data hardly distinguish lack of fit from noise: a larger
-// guess makes models less sure than they are (docs/calibration-proof.md).
+// Priors and ranges of the hyperparameters. The prior medians of the residual are 0.1 of the spread
+// for a Gaussian process and 0.02 for lack of fit; that of the correlation length is most of the
+// range. The priors prevent overfitting to a few points. With one run at most points, data hardly
+// distinguish lack of fit from noise: a larger median overestimates the uncertainty
+// (docs/calibration-proof.md).
 constexpr double process_guess = 0.1, lack_of_fit_guess = 0.02;
-constexpr double departure_spread = 1.2;                   // of ln(sd)
+constexpr double gp_residual_spread = 1.2;                 // of ln(sd)
 constexpr double length_guess = 0.8, length_spread = 0.6;  // of ln(length)
-constexpr double least_departure = 1e-4, most_departure = 3, most_noise = 10;
+constexpr double least_gp_residual = 1e-4, most_gp_residual = 3, most_noise = 10;
 constexpr double least_length = 0.1, most_length = 5;
 constexpr double jitter = 1e-10;
-// Members of the mixture, and the walk that finds them: sweeps over all hyperparameters between two
-// members, and the half width of a proposal in a logarithm.
+// Number of members of the mixture, sweeps over all hyperparameters between two members, and half
+// width of a proposal in the logarithm (Metropolis sampling).
 constexpr int members = 8, sweeps = 25;
 constexpr double proposal_half_width = 1.2;
 
@@ -117,7 +119,7 @@ double Surrogate::transform(double y) const {
 double Surrogate::untransform(double t) const { return form_.logarithm ? std::exp(t) : t; }
 
 double Surrogate::discrepancy_sd() const {
-  return std::sqrt(most_likely_.departure_variance) * scale_;
+  return std::sqrt(most_likely_.gp_residual_variance) * scale_;
 }
 
 const VectorXd& Surrogate::lengths() const { return most_likely_.lengths; }
@@ -148,7 +150,7 @@ MatrixXd Surrogate::basis_gradient(const VectorXd& u) const {
 
 Surrogate::Member Surrogate::member(const VectorXd& p) const {
   Member m;
-  m.departure_variance = std::exp(2 * p[0]);
+  m.gp_residual_variance = std::exp(2 * p[0]);
   m.lengths = p.segment(1, form_.matern ? data_.u.cols() : 0).array().exp();
   if (data_.noise_freedom > 0) m.noise_factor = std::exp(2 * p[p.size() - 1]);
   return m;
@@ -157,14 +159,14 @@ Surrogate::Member Surrogate::member(const VectorXd& p) const {
 Eigen::LDLT<MatrixXd> Surrogate::covariance(const Member& m) const {
   const Index n = z_.size();
   MatrixXd k = trend_covariance_;
-  // Independent departures share nothing between places.
+  // Independent residuals have no covariance between points.
   if (form_.matern)
     for (Index i = 1; i < n; ++i) {
       const MatrixXd apart = data_.u.topRows(i).rowwise() - data_.u.row(i);
-      k.row(i).head(i) += m.departure_variance *
+      k.row(i).head(i) += m.gp_residual_variance *
                           scaled_norms(apart, m.lengths).unaryExpr(&matern).matrix().transpose();
     }
-  k.diagonal().array() += m.departure_variance + m.noise_factor * z_noise_.array() + jitter;
+  k.diagonal().array() += m.gp_residual_variance + m.noise_factor * z_noise_.array() + jitter;
   return Eigen::LDLT<MatrixXd>(k);  // uses the lower triangle alone
 }
 
@@ -174,10 +176,10 @@ void Surrogate::factorize(Member& m) const {
   m.weights = m.covariance->solve(z_);
   m.precision = m.covariance->solve(MatrixXd::Identity(n, n)).diagonal();
   if (form_.matern) return;
-  // Independent departures: the posterior of the coefficients is sufficient, and no difference of
+  // Independent residuals: the posterior of the coefficients is sufficient, and no difference of
   // large numbers is needed.
   const VectorXd precision =
-      (m.departure_variance + m.noise_factor * z_noise_.array() + jitter).inverse();
+      (m.gp_residual_variance + m.noise_factor * z_noise_.array() + jitter).inverse();
   MatrixXd information = h_.transpose() * precision.asDiagonal() * h_;
   information.diagonal() += prior_variance_.cwiseInverse();
   m.coefficient_covariance = information.ldlt().solve(MatrixXd::Identity(h_.cols(), h_.cols()));
@@ -186,15 +188,15 @@ void Surrogate::factorize(Member& m) const {
   m.noise_covariance = m.noise_factor * gain * z_noise_.asDiagonal() * gain.transpose();
 }
 
-// Minus the logarithm of likelihood times weight, for the logarithms of departure sd, lengths and,
+// Minus the logarithm of likelihood times weight, for the logarithms of residual sd, lengths and,
 // unless it is known, noise sd over the stated one.
 double Surrogate::objective(const VectorXd& p) const {
-  double penalty =
-      log_normal_penalty(p[0], form_.matern ? process_guess : lack_of_fit_guess, departure_spread);
+  double penalty = log_normal_penalty(p[0], form_.matern ? process_guess : lack_of_fit_guess,
+                                      gp_residual_spread);
   const Member m = member(p);
   for (Index i = 0; i < m.lengths.size(); ++i)
     penalty += log_normal_penalty(p[1 + i], length_guess, length_spread);
-  // Scaled inverse chi squared: what a variance may be that was estimated so.
+  // Scaled inverse chi-squared distribution of a variance with `noise_freedom` degrees of freedom.
   penalty += 0.5 * data_.noise_freedom * (std::log(m.noise_factor) + 1 / m.noise_factor);
   const auto factors = covariance(m);
   return 0.5 * z_.dot(factors.solve(z_)) + 0.5 * factors.vectorD().array().log().sum() + penalty;
@@ -206,8 +208,8 @@ void Surrogate::fit() {
   VectorXd lower(count), upper(count);
   lower.setConstant(-std::log(most_noise));
   upper.setConstant(std::log(most_noise));
-  lower[0] = std::log(least_departure);
-  upper[0] = std::log(most_departure);
+  lower[0] = std::log(least_gp_residual);
+  upper[0] = std::log(most_gp_residual);
   lower.segment(1, lengths).setConstant(std::log(least_length));
   upper.segment(1, lengths).setConstant(std::log(most_length));
   const Minimum best = minimize([this](const VectorXd& p) { return objective(p); }, lower, upper,
@@ -215,7 +217,7 @@ void Surrogate::fit() {
   // Nothing but NaN: data that no form explains, such as values from 1e-300 to 1e300.
   const VectorXd start = best.x.size() == count ? best.x : VectorXd((lower + upper) / 2);
   most_likely_ = member(start);
-  // Metropolis's walk through the posterior, one hyperparameter at a time.
+  // Metropolis sampling of the posterior, one hyperparameter at a time.
   std::mt19937_64 random(5489);
   VectorXd p = start;
   double here = objective(p);
@@ -315,7 +317,7 @@ Surrogate::MemberPrediction Surrogate::predict_polynomial(const Member& m, const
   const VectorXd spread = m.coefficient_covariance * at.basis;
   MemberPrediction p;
   p.mean = at.basis.dot(m.coefficients);
-  p.variance = at.basis.dot(spread) + m.departure_variance;
+  p.variance = at.basis.dot(spread) + m.gp_residual_variance;
   if (parts.noise) p.noise = at.basis.dot(m.noise_covariance * at.basis);
   if (!parts.gradients) return p;
   p.mean_gradient = at.basis_gradient.transpose() * m.coefficients;
@@ -333,19 +335,19 @@ void Surrogate::covariance_with_data(const Member& m, const Place& at, Scratch& 
   s.distances = scaled_norms(at.apart, m.lengths);
   s.covariance = at.trend_covariance;
   for (Index i = 0; i < s.distances.size(); ++i)
-    s.covariance[i] += m.departure_variance * matern(s.distances[i]);
+    s.covariance[i] += m.gp_residual_variance * matern(s.distances[i]);
 }
 
 Surrogate::MemberPrediction Surrogate::predict_process(const Member& m, const Place& at,
                                                        Parts parts, Scratch& s) const {
   covariance_with_data(m, at, s);
   const VectorXd& k = s.covariance;
-  // The half solution squared, not k . w: it loses no digits to the wide weight in the trend.
+  // The squared half solution avoids the cancellation that k . w has with a wide trend prior.
   s.half = m.covariance->transpositionsP() * k;
   m.covariance->matrixL().solveInPlace(s.half);
   MemberPrediction p;
   p.mean = k.dot(m.weights);
-  p.variance = std::max(0.0, at.prior_variance + m.departure_variance -
+  p.variance = std::max(0.0, at.prior_variance + m.gp_residual_variance -
                                  s.half.dot(s.half.cwiseQuotient(m.covariance->vectorD())));
   if (!parts.noise && !parts.gradients) return p;
   s.solution = s.half.cwiseQuotient(m.covariance->vectorD());
@@ -353,7 +355,7 @@ Surrogate::MemberPrediction Surrogate::predict_process(const Member& m, const Pl
   const VectorXd w = m.covariance->transpositionsP().transpose() * s.solution;
   if (parts.noise) p.noise = m.noise_factor * w.cwiseAbs2().dot(z_noise_);
   if (!parts.gradients) return p;
-  const ArrayXd slopes = m.departure_variance * s.distances.unaryExpr(&matern_slope);
+  const ArrayXd slopes = m.gp_residual_variance * s.distances.unaryExpr(&matern_slope);
   const MatrixXd dk =
       at.trend_covariance_gradient +
       slopes.matrix().asDiagonal() * at.apart * m.lengths.cwiseAbs2().cwiseInverse().asDiagonal();
@@ -383,7 +385,7 @@ Prediction Surrogate::predict_alone(const VectorXd& u, Parts parts, bool low_fid
   const double share = 1 / static_cast<double>(members_.size());
   const Place at = place(u, parts.gradients, low_fidelity);
   Scratch scratch;
-  // Moments of the mixture, standardised: of each member's mean and square, and its variance.
+  // Moments of the mixture, standardized: of each member's mean and square, and its variance.
   double mean = 0, square = 0, variance = 0, noise = 0;
   VectorXd mean_gradient = VectorXd::Zero(d), square_gradient = VectorXd::Zero(d),
            variance_gradient = VectorXd::Zero(d);
@@ -399,7 +401,7 @@ Prediction Surrogate::predict_alone(const VectorXd& u, Parts parts, bool low_fid
     square_gradient += share * 2 * one.mean * one.mean_gradient;
     variance_gradient += share * one.variance_gradient;
   }
-  // What members disagree by is uncertain as well.
+  // The variance of the members' means is part of the uncertainty.
   variance = inflation_ * (variance + std::max(0.0, square - mean * mean));
   variance_gradient = inflation_ * (variance_gradient + square_gradient - 2 * mean * mean_gradient);
 
@@ -417,8 +419,8 @@ Prediction Surrogate::predict_alone(const VectorXd& u, Parts parts, bool low_fid
   return p;
 }
 
-// The members' hyperparameters were drawn with this point in sight: without it, they are believed
-// the less, the better they explain it (importance sampling; Gelfand, Dey and Chang 1992).
+// The members' hyperparameters were drawn from the posterior with this point. Importance weights
+// remove its likelihood (Gelfand, Dey and Chang 1992).
 Surrogate::LeftOut Surrogate::left_out(Index point) const {
   double sum = 0, error = 0, square = 0;
   for (const Member& m : members_) {
@@ -496,7 +498,7 @@ SurrogateChoice choose_surrogate(const SurrogateData& data) {
     candidates.emplace_back(data, SurrogateForm{true, false, logarithm});
     if (enough_for_matern) candidates.emplace_back(data, SurrogateForm{false, true, logarithm});
   }
-  // Half a unit of log density is nothing between models: the earlier, simpler one stays.
+  // A difference of half a unit of log density is negligible: the earlier, simpler form is kept.
   constexpr double near_tie = 0.5;
   const auto pick = [&](auto&& allowed) {
     const Surrogate* best = nullptr;

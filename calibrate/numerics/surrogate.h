@@ -1,14 +1,14 @@
 // A smooth model of one response over the unit cube of the parameters, fitted to a few noisy
 // simulations. Predictions have a variance.
 //
-//   T(y)(u) = trend(u) + departure(u) + noise
+//   T(y)(u) = trend(u) + gp_residual(u) + noise
 //
 // The trend is a linear or quadratic polynomial with a Gaussian prior on its coefficients (wide for
 // the linear part, a ridge for the quadratic part, so that eight points can carry it). The
-// departure is either independent at every point (plain regression with lack of fit) or a Gaussian
+// residual is either independent at every point (plain regression with lack of fit) or a Gaussian
 // process with a Matern 5/2 kernel and one length for each parameter. The noise is that between
 // seeds, with an uncertainty by its degrees of freedom. T is the identity or the logarithm. A few
-// points hardly determine the variance and the lengths of the departure: the model is a mixture of
+// points hardly determine the variance and the lengths of the residual: the model is a mixture of
 // members of equal weight, drawn from the posterior of these hyperparameters, because the most
 // likely set alone understates the uncertainty. Equations: Rasmussen and Williams, Gaussian
 // Processes for Machine Learning, sections 2.2, 2.7, 5.2 and 5.4.2.
@@ -44,7 +44,7 @@ struct FidelityBias {
 
 struct SurrogateForm {
   bool quadratic = false;        // trend
-  bool matern = false;           // departure: a Gaussian process, else independent
+  bool matern = false;           // residual: a Gaussian process, else independent
   bool logarithm = false;        // of the response
   std::string describe() const;  // "quadratic in the logarithm, with lack of fit"
   bool operator==(const SurrogateForm&) const = default;
@@ -102,13 +102,13 @@ class Surrogate {
  private:
   // One set of hyperparameters, and quantities computed from it and the data.
   struct Member {
-    double departure_variance = 0;  // standardised
-    double noise_factor = 1;        // true variance of the noise over the stated one
+    double gp_residual_variance = 0;  // standardized
+    double noise_factor = 1;          // true variance of the noise over the stated one
     Eigen::VectorXd lengths;
-    std::optional<Eigen::LDLT<Eigen::MatrixXd>> covariance;  // [points, points], once factorised
+    std::optional<Eigen::LDLT<Eigen::MatrixXd>> covariance;  // [points, points], once factorized
     Eigen::VectorXd precision;                               // diagonal of its inverse
     Eigen::VectorXd weights;                                 // its inverse times z
-    // Of independent departures: posterior of the trend's coefficients, and the part of its
+    // Of independent residuals: posterior of the trend's coefficients, and the part of its
     // covariance that the noise makes.
     Eigen::VectorXd coefficients;
     Eigen::MatrixXd coefficient_covariance, noise_covariance;
@@ -132,12 +132,12 @@ class Surrogate {
     Eigen::ArrayXd distances;
     Eigen::VectorXd covariance, half, solution;
   };
-  // Prediction of one member; standardised.
+  // Prediction of one member; standardized.
   struct MemberPrediction {
     double mean = 0, variance = 0, noise = 0;
     Eigen::VectorXd mean_gradient, variance_gradient;
   };
-  // Leave-one-out prediction of a point; standardised.
+  // Leave-one-out prediction of a point; standardized.
   struct LeftOut {
     double error = 0, variance = 0, log_density = 0;
   };
@@ -149,7 +149,7 @@ class Surrogate {
                                    Scratch& scratch) const;
   // Covariance of the response at u with that at the data, by a process; sets distances, too.
   void covariance_with_data(const Member& member, const Place& place, Scratch& scratch) const;
-  // Of a sum of coefficients, by its factors h: its mean and variance, standardised.
+  // Of a sum of coefficients, by its factors h: its mean and variance, standardized.
   MemberPrediction predict_coefficients(const Member& member, const Eigen::VectorXd& h) const;
   void fit();
   void factorize(Member& member) const;
@@ -169,11 +169,11 @@ class Surrogate {
   SurrogateData data_;
   SurrogateForm form_;
   double shift_ = 0, scale_ = 1;                // z = (T(y) - shift) / scale
-  Eigen::VectorXd z_, z_noise_;                 // standardised data and noise variance
+  Eigen::VectorXd z_, z_noise_;                 // standardized data and noise variance
   Eigen::MatrixXd h_;                           // [points, basis]
   Eigen::VectorXd prior_variance_;              // prior variance of each coefficient
   Eigen::MatrixXd trend_covariance_;            // [points, points], by that prior
-  Member most_likely_;                          // not factorised
+  Member most_likely_;                          // not factorized
   std::vector<Member> members_;                 // of equal weight
   std::shared_ptr<const Surrogate> companion_;  // of the mixture; null: none
   double companion_share_ = 0;
@@ -181,7 +181,7 @@ class Surrogate {
 };
 
 // The form among those that the number of points allows with the best leave-one-out score; the
-// simpler one wins a near tie. `other` is the best of the other kind of departure or trend, for a
+// simpler one wins a near tie. `other` is the best of the other kind of residual or trend, for a
 // cross-check; `best` predicts with a share of it that follows from the scores.
 struct SurrogateChoice {
   Surrogate best;

@@ -95,6 +95,7 @@ OptimizationStudy read_optimization(const std::string& file) {
   study.source = file;
   study.text = read_input_file(file, "an optimization file (TOML)", input_limits::toml_bytes);
   TomlDocument document(study.text, file, TomlFormat::study);
+  require_kind(document, "optimization");
   const TomlTable root = TomlTable::root(document);
   root.allow({"optimization", "parameters", "limits", "compare", "execution"});
   const TomlTable head = root.required_table("optimization");

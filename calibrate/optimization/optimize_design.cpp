@@ -357,8 +357,7 @@ OptimizationResult carry_out(const OptimizationStudy& o, const OptimizationOptio
       directory,
       {"optimize", study_identity(study.text, study.source), o.runs, study.execution.slurm},
       options);
-  const interruption::Advice advice(
-      fmt::format("everything finished is kept in {}: the same command resumes", directory));
+  const interruption::Advice advice(resume_hint(directory));
   StudyRuns runs(study, batch.executor(), batch.journal(), batch.store(), batch.progress(),
                  batch.runs(), options.interrupt);
   OptimizationResult r;

@@ -211,7 +211,7 @@ void print_map_data(Out& out, const Scene& s) {
   }
   print(out, "END\n$answer << END\n");
   if (!s.result.best.values.empty()) print_place(out, s, s.result.best);
-  print(out, "END\n$valley << END\n");
+  print(out, "END\n$ridge << END\n");
   for (const CheckedSet& member : s.result.ridge) print_place(out, s, member);
   print(out, "END\n$compare << END\n");
   for (const CheckedSet& set : s.result.compare) print_place(out, s, set);
@@ -268,8 +268,8 @@ std::string draw_map(const Scene& s) {
           low_fidelity_title);
   if (!s.result.ridge.empty())
     print(out,
-          ", \\\n $valley with points pt 7 ps 1.5 lc rgb 'white' notitle, \\\n"
-          " $valley with points pt 6 ps 1.5 lw 2.2 lc rgb '#7a1f0a' title 'equally good'");
+          ", \\\n $ridge with points pt 7 ps 1.5 lc rgb 'white' notitle, \\\n"
+          " $ridge with points pt 6 ps 1.5 lw 2.2 lc rgb '#7a1f0a' title 'equally good'");
   if (!s.result.compare.empty())
     print(out, ", \\\n $compare with points pt 13 ps 2 lc rgb '#107050' title 'compared'");
   if (s.result.arched > 0)

@@ -29,8 +29,9 @@ std::int64_t fixed_runs(const Budget& b, const Study& study) {
          b.confirmation_replicates + std::int64_t{2} * b.endpoint_replicates + in_both;
 }
 
-// A tenth for the noise, a tenth for the confirmation, some for the ends of the ridge; of the rest
-// two thirds spread over the ranges and one third where runs are most informative.
+// Divides `runs`: a tenth for the noise, a tenth for the confirmation, some for the ends of the
+// ridge. Two thirds of the rest are the design, one third refines it where runs are most
+// informative.
 Budget divided(int runs, const Study& study) {
   const int d = static_cast<int>(study.parameters.size());
   Budget b;
@@ -64,7 +65,7 @@ Budget read_budget(const TomlTable& root, const Study& study) {
   const bool bounded = t.has("runs"), by_time = t.has("time");
   const int runs = bounded ? checked_count(t, "runs", t.integer("runs", 1)) / shares : 0;
   const Budget plan = bounded ? divided(runs, study) : Budget{};
-  // A number of runs divides itself; whatever is said besides holds.
+  // With `runs`, keys that are not given follow from the division; given keys have priority.
   const auto read = [&](const char* key, int least, int planned, std::optional<int> usual = {}) {
     if (bounded) return checked_count(t, key, t.integer(key, least, planned));
     return checked_count(t, key, usual ? t.integer(key, least, *usual) : t.integer(key, least));
@@ -99,7 +100,7 @@ Budget read_budget(const TomlTable& root, const Study& study) {
                                           : 1;
   b.rounds_stated = t.has("refine_rounds");
   b.refine_rounds = checked_count(t, "refine_rounds", t.integer("refine_rounds", 0, rounds));
-  // A linear trend has one coefficient more than there are parameters; one more point judges it.
+  // A linear trend has one coefficient more than there are parameters.
   const int needed = static_cast<int>(study.parameters.size()) + 1;
   if (b.design_points < needed)
     t.fail("design_points",

@@ -381,8 +381,8 @@ void read_parameters(const TomlTable& root, Study& study) {
       continue;
     }
     if (study.choice)
-      t.fail("choices", fmt::format("stands for \"{}\", too; expected one parameter with choices "
-                                    "at most",
+      t.fail("choices", fmt::format("is given for \"{}\" already; expected at most one "
+                                    "parameter with choices",
                                     study.choice->name));
     study.choice = read_choice(t);
     require_unused(t, study.choice->name, study.choice->keys, names, keys);
@@ -434,7 +434,7 @@ void read_compare(const TomlTable& root, Study& study) {
   for (const TomlTable& t : root.tables("compare")) {
     t.allow({"name", "values"});
     if (study.choice)
-      t.fail("values", "stands in a study of a parameter with choices; expected no [[compare]]");
+      t.fail("values", "is given in a study of a parameter with choices; expected no [[compare]]");
     CompareSet set;
     set.name = t.string("name");
     const TomlTable values = t.required_table("values");

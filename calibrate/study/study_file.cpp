@@ -330,8 +330,8 @@ Observed read_observed(const TomlTable& t, const Study& study, const std::vector
     o.discrepancy = read_discrepancy(t, o.unit);
   } else if (t.has("discrepancy")) {
     t.fail("discrepancy",
-           "stands without an uncertainty; expected one of a measurement that could be made, since "
-           "a response that is not measured has no use for it");
+           "is given without an uncertainty; expected the uncertainty of a possible measurement, "
+           "since a response that is not measured has no discrepancy");
   }
   o.effort = read_effort(t);
   return o;
@@ -439,6 +439,7 @@ Study read_text(const std::string& text, const std::string& source, Simulates si
   study.source = source;
   study.text = text;
   TomlDocument document(study.text, source, TomlFormat::study);
+  require_kind(document, "study");
   const TomlTable root = TomlTable::root(document);
   root.allow({"study", "experiments", "budget", "parameters", "priors", "constraints", "targets",
               "observe", "compare", "numerics", "low_fidelity", "direct", "execution"});

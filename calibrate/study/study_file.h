@@ -127,7 +127,7 @@ struct Study {
   std::uint64_t seed = 1;
   int threads = 1;  // of each simulation
   Budget budget;
-  // Other than none: a search on the simulations instead of on surrogates, as a baseline.
+  // Other than none: searches on the simulations instead of on surrogates, as a baseline.
   DirectSearch direct = DirectSearch::none;
   int direct_evaluations = 0;
   std::vector<Parameter> parameters;
@@ -143,7 +143,7 @@ struct Study {
   std::vector<NumericsCheck> numerics;
   std::optional<LowFidelity> low_fidelity;
   Execution execution;
-  // A material record of whose family the run of seed k uses draw k; empty: none.
+  // Material record: the run of seed k uses draw k of its posterior ensemble. Empty: none.
   std::string drawn_material;
 
   int largest_total() const;  // simulations at most

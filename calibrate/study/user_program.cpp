@@ -152,7 +152,7 @@ UserProgram read_user_program(const TomlTable& t, const std::string& study_file,
            "the study starts a program; expected the option --allow-programs, from a user who "
            "trusts the study and its files");
   for (const char* key : {"case"})
-    if (t.has(key)) t.fail(key, "stands together with program; expected one or the other");
+    if (t.has(key)) t.fail(key, "is given together with program; expected one or the other");
   UserProgram p;
   p.arguments = t.strings("program");
   if (p.arguments.empty() || p.arguments.front().empty() || p.arguments.size() > most_arguments)

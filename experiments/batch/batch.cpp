@@ -70,18 +70,18 @@ void Batch::run(const std::vector<BatchRun>& runs, const Check& check) {
   simulate(std::move(jobs), by_key, check);
 }
 
-// In the journal, or else in the store that batches share; what is found there goes to the journal,
-// so that a folder stays whole without the store. A run that was cut short is known only as long as
-// it may take no more than it took.
+// The outcome from the journal, or else from the cache that batches share. An outcome of the cache
+// is copied to the journal, so that the folder is complete without the cache. The outcome of a run
+// that a limit cut short is valid only while the limit is not higher.
 std::optional<JobResult> Batch::known_outcome(const BatchRun& run) {
-  const auto stands = [&](const std::optional<JobResult>& r) {
+  const auto is_valid = [&](const std::optional<JobResult>& r) {
     return r && holds_within(run.job.limits, *r);
   };
   const auto here = outcomes_.find(run.job.key);
   auto known =
       here != outcomes_.end() ? std::optional(here->second) : journal_.outcome(run.job.key);
-  if (stands(known)) return known;
-  if (store_ == nullptr || !stands(known = store_->find(run.job.key))) return std::nullopt;
+  if (is_valid(known)) return known;
+  if (store_ == nullptr || !is_valid(known = store_->find(run.job.key))) return std::nullopt;
   journal_.finish(run.job.key, *known);
   return known;
 }
@@ -100,7 +100,7 @@ void Batch::simulate(std::vector<Job> jobs, const RunsByKey& runs, const Check& 
       const JobResult result = plausible(reported);
       const BatchRun& run = *runs.at(job.key);
       const bool lost = result.status == JobStatus::lost;
-      // One that gets on between losses will get there.
+      // Losses count only while the run makes no progress between them.
       if (lost && result.simulated > reached[job.key]) losses[job.key] = 0;
       if (lost) reached[job.key] = result.simulated;
       if (lost && ++losses[job.key] == most_losses)
@@ -108,7 +108,7 @@ void Batch::simulate(std::vector<Job> jobs, const RunsByKey& runs, const Check& 
             "run {}: {}, {} times in a row; everything finished is kept, and the same command "
             "resumes from there",
             job.key, result.reason, most_losses));
-      // A process that died may have done so for reasons that are not its own.
+      // The cause of a crash can lie outside the run: it is repeated a limited number of times.
       if (lost || (result.status == JobStatus::crashed && ++crashes[job.key] < most_crashes)) {
         again.push_back(job);
         return progress_.stopped(run.planned, result);

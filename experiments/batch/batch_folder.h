@@ -50,15 +50,20 @@ struct BatchContent {
   SlurmSettings slurm;
 };
 
+// States that finished runs are saved in `directory`. `condition`: what the user must do before the
+// command resumes, such as "free space and "; may be empty.
+inline std::string resume_hint(const std::string& directory, const std::string& condition = "") {
+  return fmt::format("everything finished is kept in {}: {}the same command resumes", directory,
+                     condition);
+}
+
 // Returns work(). Adds to a WriteError that finished runs are saved in `directory`.
 template <class Work>
 auto with_kept_runs(const std::string& directory, Work&& work) {
   try {
     return work();
   } catch (const WriteError& e) {
-    throw WriteError(e, fmt::format("everything finished is kept in {}: {}the same command "
-                                    "resumes",
-                                    directory, remedy(e.error)));
+    throw WriteError(e, resume_hint(directory, remedy(e.error)));
   }
 }
 

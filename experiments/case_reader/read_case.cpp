@@ -1,3 +1,5 @@
+#include "experiments/case_reader/read_case.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -5,6 +7,7 @@
 #include <filesystem>
 
 #include "experiments/case/case.h"
+#include "experiments/case_reader/initial_state.h"
 #include "experiments/case_reader/material_values.h"
 #include "experiments/case_reader/model/boundaries.h"
 #include "experiments/case_reader/model/boundary_contacts.h"
@@ -15,7 +18,6 @@
 #include "experiments/case_reader/process/bonds.h"
 #include "experiments/case_reader/process/contact_statistics.h"
 #include "experiments/case_reader/process/drained_repose.h"
-#include "experiments/case_reader/process/initial_state.h"
 #include "experiments/case_reader/process/insertion.h"
 #include "experiments/case_reader/process/measures.h"
 #include "experiments/case_reader/process/stages.h"
@@ -23,6 +25,7 @@
 #include "experiments/system/input_file.h"
 #include "experiments/system/input_limits.h"
 #include "experiments/text/toml_document.h"
+#include "experiments/text/toml_names.h"
 
 namespace firn {
 namespace {
@@ -208,6 +211,7 @@ Case read_case_text(const std::string& text, const std::string& source,
                     const MaterialRequest& materials, OldNames old_names) {
   TomlDocument document(text, source, TomlFormat::case_file, old_names);
   document.include(directory);
+  require_kind(document, "case");
   document.apply(in_order_of_file(overrides, document.root()));
   std::vector<AppliedMaterial> applied = apply_materials(document, materials);
   const TomlTable root = TomlTable::root(document);

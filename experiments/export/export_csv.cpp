@@ -3,6 +3,7 @@
 #include <cmath>
 #include <span>
 
+#include "experiments/case_reader/case_from_results.h"
 #include "experiments/export/export.h"
 #include "experiments/results/bond_results.h"
 #include "experiments/system/text_encoding.h"
@@ -33,7 +34,7 @@ void export_frames(const Recording& recording, const std::string& directory) {
 
 void export_particles(const Recording& recording, const std::string& directory) {
   CsvFile csv(directory, "particles.csv");
-  const Case c = recording.read_case();
+  const Case c = read_case(recording);
   std::string header =
       "particle,shape,tag,mass [kg],peak_normal_force [N],exit_time [s],discharge_time [s],batch,"
       "insert_time [s],outlet";

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "experiments/case_reader/case_from_results.h"
 #include "experiments/export/export.h"
 #include "experiments/export/scene_extent.h"
 #include "experiments/system/output_file.h"
@@ -260,7 +261,7 @@ TriangleMesh square_mesh(double reach) {
 
 void export_gltf(const Recording& recording, const std::string& file, int every) {
   if (every < 1) throw InputError("every: is below 1; expected each how many frames");
-  const Case c = recording.read_case();
+  const Case c = read_case(recording);
   const std::vector<double> all_times = recording.frame_times();
   if (all_times.empty())
     throw InputError(recording.file() + ": holds no frame; expected a run that has begun");

@@ -1,6 +1,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "experiments/case_reader/case_from_results.h"
 #include "experiments/export/export.h"
 #include "experiments/export/scene_extent.h"
 #include "experiments/meshes/wall_solids.h"
@@ -156,7 +157,7 @@ void export_vtk(const Recording& recording, const std::string& directory,
                 const VtkOptions& options) {
   if (options.every < 1) throw InputError("every: is below 1; expected each how many frames");
   const auto every = static_cast<std::size_t>(options.every);
-  const Case c = recording.read_case();
+  const Case c = read_case(recording);
   if (c.model.particles.size() != recording.particle_count())
     throw InputError(recording.file() + ": its case has another number of particles");
   const std::vector<double> times = recording.frame_times();

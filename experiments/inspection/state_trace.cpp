@@ -8,6 +8,7 @@
 #include <optional>
 #include <string_view>
 
+#include "experiments/case_reader/read_case.h"
 #include "experiments/system/input_file.h"
 
 namespace firn {

@@ -163,8 +163,8 @@ std::vector<StoredRecord> MaterialDatabase::history(const std::string& name) con
   if (!all.empty()) return all;
   const std::vector<std::string> others = names();
   throw InputError(
-      fmt::format("material {}: unknown; the nearest known one is \"{}\" (looked in {})", name,
-                  nearest(name, {others.begin(), others.end()}),
+      fmt::format("material {}: unknown; {} (looked in {})", name,
+                  suggestion(name, {others.begin(), others.end()}),
                   impl_ ? file_ + " and what ships with Firn" : "what ships with Firn"));
 }
 

@@ -79,7 +79,7 @@ void check_parameter(const std::string& field, const MaterialParameter& p,
 void check_property(const std::string& field, const MaterialProperty& p) {
   require_text(field + ".name", p.name, "what the property is");
   if (!p.value && !p.range && p.statement.empty())
-    refuse(field, "says nothing; expected a value, a range or a statement");
+    refuse(field, "has no content; expected a value, a range or a statement");
   if (p.value) require_finite(field + ".value", *p.value);
   if (p.uncertainty && !(p.value && *p.uncertainty >= 0 && std::isfinite(*p.uncertainty)))
     refuse(field + ".uncertainty", "has no value; expected at least 0, together with a value");

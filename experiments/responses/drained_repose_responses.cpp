@@ -117,7 +117,7 @@ void add_discharge(std::vector<Response>& out, const DrainedHeap& heap) {
   add(out, "t50", times[index(0.5)], heap.time_resolution, "s", method);
   add(out, "t90", times[index(0.9)], heap.time_resolution, "s", method);
   add(out, "discharge_time", times[index(0.9)], heap.time_resolution, "s",
-      "t90: the last tenth are stragglers, whose time says little");
+      "t90: without the last tenth, which passes at irregular times");
 
   const std::size_t first = index(0.1), last = index(0.9);
   const double duration = times[last] - times[first];

@@ -1,9 +1,12 @@
+#include "experiments/responses/measure.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "experiments/case_reader/case_from_results.h"
 #include "experiments/responses/accelerometer_responses.h"
 #include "experiments/responses/bin_heap_responses.h"
 #include "experiments/responses/contact_statistics_responses.h"
@@ -83,7 +86,7 @@ std::vector<Response> general_responses(const Recording& recording, const Case& 
 }  // namespace
 
 std::vector<Response> measure(const Recording& recording) {
-  return measure(recording, recording.read_case());
+  return measure(recording, read_case(recording));
 }
 
 std::vector<Response> measure(const Recording& recording, const Case& c) {

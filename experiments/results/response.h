@@ -8,9 +8,6 @@
 
 namespace firn {
 
-class Recording;
-struct Case;
-
 // Value of a response that is undefined in a run.
 inline constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 
@@ -28,10 +25,5 @@ inline std::string response_name(std::string text) {
   std::ranges::replace(text, ' ', '_');
   return text;
 }
-
-// All default and requested responses of the case, computed from the results file.
-std::vector<Response> measure(const Recording& recording);
-// The same with the case of the file, if the caller has read it already.
-std::vector<Response> measure(const Recording& recording, const Case& c);
 
 }  // namespace firn

@@ -252,7 +252,7 @@ class Check {
   struct Found {
     const Dataset* dataset;
     const hdf5::Object* object;
-    std::string name;  // that the path of the schema leaves open
+    std::string name;  // the part of the path that the schema leaves open
   };
 
   void find_datasets() {
@@ -357,7 +357,7 @@ class Check {
     if (found.dataset->shape == "k" || found.dataset->shape == "b") return;
     const std::vector<std::string_view> extents = split_list(found.dataset->shape, ',');
     Shape expected = shape;
-    std::string as;  // the dataset that says so
+    std::string as;  // the dataset that determines the expected size
     for (std::size_t k = 0; k < extents.size(); ++k) {
       std::string_view symbol = extents[k];
       if (symbol[0] >= '0' && symbol[0] <= '9' && symbol.size() == 1) {
@@ -389,11 +389,11 @@ class Check {
     const std::string& path = found.object->path;
     const auto [written, in_chunks] = file_.check_storage(path);
     const Symbol* s = growing(*found.dataset);
-    // Their values are read later, and chunks are read without the library's help.
+    // Their values are read later, chunk by chunk and without the HDF5 library.
     if ((s || found.dataset->type == Type::byte) && !in_chunks)
       refuse(path, "is kept in one piece; expected chunks");
     if (!s) return;
-    if (written > 0) file_.read_rows(path, 0, 1);  // the way that readers take
+    if (written > 0) file_.read_rows(path, 0, 1);  // in the same way as readers
     if (contents_.finished && written < found.object->shape[0])
       refuse(path,
              fmt::format("lacks the values of row {}; expected all of a finished run", written));

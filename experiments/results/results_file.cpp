@@ -151,11 +151,12 @@ Recording::Recording(Recording&&) noexcept = default;
 
 const std::string& Recording::file() const { return impl_->name; }
 
-Case Recording::read_case() const {
-  const std::string text = impl_->guarded([&] { return impl_->file.text_attribute("/", "case"); });
-  Case c = read_case_text(text, impl_->name, ".", {}, {}, OldNames::accept);
+std::string Recording::case_text() const {
+  return impl_->guarded([&] { return impl_->file.text_attribute("/", "case"); });
+}
+
+void Recording::check_case(const Case& c) const {
   impl_->guarded([&] { results::check_case(impl_->contents, impl_->file, c); });
-  return c;
 }
 
 std::string Recording::status() const {

@@ -57,8 +57,10 @@ class Recording {
   Recording(Recording&&) noexcept;
 
   const std::string& file() const;
-  // The case from the resolved text in the file. Throws InputError if the file does not match it.
-  Case read_case() const;
+  std::string case_text() const;  // resolved TOML text of the case
+  // Throws InputError if the file has other numbers of particles, shapes, sensors, outlets, bonds
+  // or boundaries than the case.
+  void check_case(const Case& c) const;
   std::string status() const;   // "finished", "failed: ...", "running", "interrupted"
   std::string program() const;  // that ran it, "Firn 0.1.0 (89ab...)"
   int contact_model() const;    // 1: the file does not state one

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "experiments/case_reader/read_case.h"
 #include "experiments/run/placement.h"
 
 namespace firn {
@@ -125,7 +126,7 @@ std::vector<std::byte> Driver::pack() const {
   return out.take();
 }
 
-// Changes nothing when the bytes are no good.
+// Changes nothing if the bytes are invalid.
 void Driver::unpack(const std::vector<std::byte>& payload) {
   ByteReader in(payload);
   DriverState state;
@@ -224,10 +225,10 @@ std::string Driver::simulate() {
     enter_stage(0);
   }
   while (true) {
-    // Nothing of this step has happened yet: the one place where the state is saved.
+    // The state is saved only here: at the begin of a step, before its events.
     const bool interrupted = options_.interrupt && *options_.interrupt;
     if (interrupted || save_wanted_) {
-      // Before the first step there is nothing that is worth waiting for.
+      // Before the first step there is no result to save: an interruption may end at once.
       std::optional<interruption::NotPolled> nothing_yet;
       if (solver_.steps() == 0) nothing_yet.emplace();
       save();

@@ -16,9 +16,9 @@
 namespace firn {
 namespace {
 
-constexpr double kTouch = 0.1e-3;  // m, deeper is an overlap
-constexpr int kSamples = 72;       // of a period: every 5 degrees of a turn
-constexpr double kBuried = 0.05;   // of a particle's smallest edge, as the solver has it
+constexpr double kTouch = 0.1e-3;            // m, deeper is an overlap
+constexpr int kSamples = 72;                 // of a period: every 5 degrees of a turn
+constexpr double kMaxInitialOverlap = 0.05;  // of a particle's smallest edge, as in the solver
 
 bool moves(const Case& c, int frame) {
   const MotionFrame& f = c.model.frames[index(frame)];
@@ -405,7 +405,7 @@ void check_particles(const Case& c) {
   for (std::size_t i = 0; i < c.placed.size(); ++i) {
     const Case::InitialParticle& p = c.placed[i];
     const int shape = c.model.particles[index(p.particle)].shape;
-    const double depth = kBuried * c.model.shapes[index(shape)].box.minCoeff();
+    const double depth = kMaxInitialOverlap * c.model.shapes[index(shape)].box.minCoeff();
     const auto wall = solver.obstacle(shape, p.position, p.orientation, -depth);
     if (!wall) continue;
     throw InputError(fmt::format(

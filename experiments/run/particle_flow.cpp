@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "experiments/case_reader/process/insertion.h"
+#include "experiments/case_reader/read_case.h"
 #include "experiments/run/placement.h"
 #include "experiments/system/interruption.h"
 

@@ -5,6 +5,8 @@
 #include <memory>
 #include <optional>
 
+#include "experiments/case_reader/case_from_results.h"
+#include "experiments/responses/measure.h"
 #include "experiments/results/checkpoint.h"
 #include "experiments/results/recorder.h"
 #include "experiments/results/results_file.h"
@@ -36,7 +38,7 @@ std::vector<Response> measure_and_store(const Lock& lock, const Case& c) {
 
 // Whether nothing is left to do for a finished run. One that was killed just as it finished may
 // have left its checkpoints, or not been measured.
-bool is_tidy(const std::string& results_file) {
+bool is_complete(const std::string& results_file) {
   const hdf5::File file = results::open_file(results_file, hdf5::File::Access::read);
   return !has_saved_copy(results_file) && file.has_attribute("/", "responses_complete") &&
          file.contains("/responses") && !file.contains("/checkpoint");
@@ -47,7 +49,7 @@ std::vector<Response> complete_finished_run(const Lock& lock) {
   Recorder recorder = Recorder::reopen(lock, {});
   recorder.with_file([](hdf5::File& file) { remove_checkpoints(file); });
   recorder.close();
-  const Case c = Recording(lock->file()).read_case();
+  const Case c = read_case(Recording(lock->file()));
   std::vector<Response> responses = measure_and_store(lock, c);
   lock->remove_copy();
   return responses;
@@ -111,7 +113,7 @@ void require_case_of(const Recording& recording, const Case& c, const char* what
 
 Case case_of(const Recording& recording, const char* what) {
   require_contact_model(recording, what);  // before the case of another version is read
-  Case c = recording.read_case();
+  Case c = read_case(recording);
   require_case_of(recording, c, what);
   return c;
 }
@@ -183,7 +185,7 @@ RunSummary resume(const std::string& results_file, const RunOptions& given, cons
   };
   if (!has_saved_copy(results_file)) {
     const Recording recording(results_file);  // says what is wrong with the name
-    if (recording.status() == "finished" && is_tidy(results_file))
+    if (recording.status() == "finished" && is_complete(results_file))
       return finished(recording.responses());
   }
   const auto lock = std::make_shared<ResultsLock>(results_file);

@@ -5,13 +5,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "experiments/case_reader/read_case.h"
+
 namespace firn {
 namespace {
 
 using EndEvent = Stage::EndEvent;
 
-constexpr double kStalled = 0.1;  // of a motor's speed
-constexpr double kLies = 0.1;     // m/s: what falls is faster after 0.5 mm
+constexpr double kStalled = 0.1;       // of a motor's speed
+constexpr double kMaxRestSpeed = 0.1;  // m/s: a falling particle is faster after 0.5 mm
 
 double kinetic_energy(const Shape& shape, const ParticleState& state, std::size_t i) {
   const Vec3 w = state.orientation[i].conjugate() * state.angular_velocity[i];  // body axes
@@ -74,8 +76,8 @@ void StageEvents::update_switches(const Solver& solver) {
   }
 }
 
-// A motor that has come less than a tenth of its way in the hold time has stalled, however it
-// rattles meanwhile.
+// A motor has stalled if it has moved its joint by less than a tenth of the commanded distance in
+// the hold time. Only the distance between begin and end of the hold time counts.
 void StageEvents::update_motor_progress(const Stage& stage, const Solver& solver,
                                         std::uint64_t stage_start) {
   const double stage_time =
@@ -112,7 +114,7 @@ bool StageEvents::is_quiet(const Stage& stage, const Solver& solver) const {
   return total <= stage.settle_energy * static_cast<double>(present);
 }
 
-// What has just come in, or leaps at its highest point, is slow for a moment: hence the hold time.
+// A particle is also slow at its insertion and at the top of a bounce: hence the hold time.
 bool StageEvents::is_filled(const Stage& stage, const Solver& solver) const {
   const Vec3 up = -case_.model.gravity.normalized();
   const ParticleState& particles = solver.particles();
@@ -120,7 +122,7 @@ bool StageEvents::is_filled(const Stage& stage, const Solver& solver) const {
   for (std::size_t i = 0; i < particles.presence.size(); ++i) {
     above += particles.presence[i] == Presence::present &&
              particles.position[i].dot(up) >= stage.fill_height &&
-             particles.velocity[i].norm() < kLies;
+             particles.velocity[i].norm() < kMaxRestSpeed;
   }
   return above >= stage.fill_count;
 }
@@ -206,7 +208,7 @@ std::string describe_jam(const Case& c, const Solver& solver, int frame) {
   }
   if (worst == nullptr || worst->normal_force <= 0)
     return fmt::format("\"{}\" touches no particle", c.model.frames[index(frame)].name);
-  // Where else the cube is pressed: what it is caught against.
+  // The largest other contact of the particle: the body that it jams against.
   const Contact* against = nullptr;
   for (const Contact& contact : contacts) {
     if (&contact == worst || (contact.a != worst->a && contact.b != worst->a)) continue;

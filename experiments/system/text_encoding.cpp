@@ -216,10 +216,10 @@ std::string markdown(std::string_view text) {
 std::string markdown_block(std::string_view lines) {
   std::size_t longest = 2, run = 0;
   for (const char c : lines) longest = std::max(longest, run = c == '`' ? run + 1 : 0);
-  const std::string fence(longest + 1, '`');
+  const std::string code_fence(longest + 1, '`');
   std::string text = terminal_lines(lines);
   if (!text.ends_with('\n')) text += '\n';
-  return fence + '\n' + text + fence + '\n';
+  return code_fence + '\n' + text + code_fence + '\n';
 }
 
 std::string csv_field(std::string_view text) {

@@ -12,6 +12,7 @@
 #include <queue>
 #include <thread>
 
+#include "experiments/case_reader/read_case.h"
 #include "firn/math.h"
 
 namespace firn::calibration {
@@ -59,7 +60,7 @@ JobResult FunctionExecutor::simulate(const Job& job) const {
   return result;
 }
 
-bool FunctionExecutor::goes_on() {
+bool FunctionExecutor::should_continue() {
   if (!stop_ && options_.keep_going && !options_.keep_going()) stop_ = true;
   return !stop_;
 }
@@ -73,7 +74,7 @@ void FunctionExecutor::run(const std::vector<Job>& jobs, const JobEvents& events
 
 void FunctionExecutor::run_here(const std::vector<Job>& jobs, const JobEvents& events) {
   for (const Job& job : jobs) {
-    if (!goes_on()) return;
+    if (!should_continue()) return;
     events.started(job);
     events.ended(job, simulate(job));
     events.tick();
@@ -136,7 +137,7 @@ void FunctionExecutor::run_on_threads(const std::vector<Job>& jobs, const JobEve
     lock.unlock();
     try {
       events.tick();
-      goes_on();
+      should_continue();
     } catch (...) {
       stop_ = true;
       throw;

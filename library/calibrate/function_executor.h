@@ -27,7 +27,7 @@ class FunctionExecutor : public Executor {
   JobResult simulate(const Job& job) const;
   void run_here(const std::vector<Job>& jobs, const JobEvents& events);
   void run_on_threads(const std::vector<Job>& jobs, const JobEvents& events);
-  bool goes_on();
+  bool should_continue();
 
   const Simulator& simulator_;
   const Options& options_;

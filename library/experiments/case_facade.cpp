@@ -1,5 +1,7 @@
 #include "library/experiments/case_facade.h"
 
+#include "experiments/case_reader/read_case.h"
+
 namespace firn::experiments {
 namespace {
 

@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "experiments/case_reader/case_from_results.h"
+#include "experiments/responses/measure.h"
 #include "experiments/results/results_file.h"
 #include "experiments/text/json_aliases.h"
 #include "firn/experiments/results.h"
@@ -10,7 +12,7 @@
 namespace firn::experiments {
 
 struct Results::Impl {
-  explicit Impl(const std::string& file) : recording(file), checked(recording.read_case()) {}
+  explicit Impl(const std::string& file) : recording(file), checked(read_case(recording)) {}
   Recording recording;
   firn::Case checked;
 };

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <exception>
 
+#include "experiments/case_reader/case_from_results.h"
+#include "experiments/case_reader/read_case.h"
 #include "experiments/results/results_file.h"
 #include "experiments/run/run.h"
 #include "experiments/text/response_aliases.h"
@@ -61,10 +63,10 @@ class Callbacks {
 
  private:
   template <class Callback>
-  void stop_unless(const Callback& goes_on) {
+  void stop_unless(const Callback& should_continue) {
     if (thrown_) return;
     try {
-      if (!goes_on()) stop_ = true;
+      if (!should_continue()) stop_ = true;
     } catch (...) {
       thrown_ = std::current_exception();
       stop_ = true;
@@ -127,7 +129,7 @@ RunResult run(const Case& c, const RunOptions& options) {
 
 RunResult resume(const std::string& results_file, const RunOptions& options) {
   check(options);
-  const firn::Case c = Recording(results_file).read_case();
+  const firn::Case c = read_case(Recording(results_file));
   Callbacks callbacks(options, c);
   RunSummary summary = firn::resume(results_file, callbacks.internal(results_file), &c);
   callbacks.rethrow();

@@ -1,4 +1,4 @@
-// Sorts and copies tables, copies commands, opens folds for the printer. Without it the page reads as well.
+// Sorts and copies tables, copies commands, opens folds for the printer. The page is readable without it.
 'use strict';
 (() => {
   const button = (text, label, act) => {

@@ -4,28 +4,29 @@ const FirnReplay = (() => {
   const {make, round, clamp, SCALE_CSS, modesOf} = FirnReplayColors;
 
   class Player {
-    // `name`: of this replay in links, where a page has several.
+    // `name`: name of this replay in links, for pages with several replays.
     constructor(root, replay, name) {
       this.root = root;
       this.r = replay;
       this.name = name;
-      this.over = new AbortController();  // ends what listens beyond the root
+      this.listeners = new AbortController();  // removes the event listeners outside the root
       this.t = replay.start;
       this.playing = false;
       this.modes = modesOf(replay);
       this.mode = new Set(replay.batch.filter((b) => b >= 0)).size > 1 ? 'batch' : 'tag';
-      this.fine = this.ratio = Math.min(2, devicePixelRatio || 1);  // pixels of the picture a pixel of the page
+      // Pixels of the picture for each pixel of the page, while paused and while playing.
+      this.pixelRatio = this.playingPixelRatio = Math.min(2, devicePixelRatio || 1);
       this.build();
       this.view = new FirnReplayScene.Scene(this.canvas, replay);
       if (!replay.setup) this.t = this.view.stillTime();
-      this.still = this.t > replay.start;  // until a time is chosen, Play begins at the start
-      if (this.view.slow) [this.fine, this.ratio] = [1, 0.75];
+      this.playFromStart = this.t > replay.start;  // until a time is chosen
+      if (this.view.slow) [this.pixelRatio, this.playingPixelRatio] = [1, 0.75];
       this.listBoundaries();
       this.listMarkers();
       this.maps = new FirnReplayMaps.Maps(replay, this.view, () => this.ask(), (b, wanted) => this.want(b, wanted));
-      if (this.maps.there) this.walls.parentElement.after(this.maps.panel);
-      this.hand();
-      matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.ask(), {signal: this.over.signal});
+      if (this.maps.there) this.boundaryList.parentElement.after(this.maps.panel);
+      this.bindInput();
+      matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.ask(), {signal: this.listeners.signal});
       // At once, before the browser paints: it would stretch the old picture for a frame.
       this.resized = new ResizeObserver(() => this.draw());
       this.resized.observe(this.canvas);
@@ -33,10 +34,10 @@ const FirnReplay = (() => {
       this.draw();
     }
 
-    // Leaves the root empty and gives the context back.
+    // Empties the root and releases the WebGL context.
     dispose() {
       this.stop();
-      this.over.abort();
+      this.listeners.abort();
       this.resized.disconnect();
       this.view.dispose();
       for (const part of this.parts) part.remove();
@@ -67,17 +68,17 @@ const FirnReplay = (() => {
       this.legend = make('div', {class: 'replay-legend'});
       this.opacity = make('input', {type: 'range', min: '0.05', max: '1', step: '0.05', value: '0.25',
           input: () => { this.view.setOpacity(Number(this.opacity.value)); this.ask(); }});
-      this.walls = make('div', {class: 'replay-walls'});
-      this.who = make('input', {type: 'number', min: '0', max: r.particles - 1, step: '1',
-          change: () => this.select(this.who.value === '' ? -1 : Number(this.who.value))});
+      this.boundaryList = make('div', {class: 'replay-list'});
+      this.particleInput = make('input', {type: 'number', min: '0', max: r.particles - 1, step: '1',
+          change: () => this.select(this.particleInput.value === '' ? -1 : Number(this.particleInput.value))});
       this.facts = make('dl', {'aria-live': 'polite'});
       const act = (text, does) => make('button', {type: 'button', click: does}, text);
       const side = make('div', {class: 'replay-side'},
           make('fieldset', {class: 'replay-colors'}, make('legend', {}, 'Colors'), make('label', {}, 'by ', this.color), this.legend),
-          make('fieldset', {}, make('legend', {}, 'Boundaries'), this.walls,
+          make('fieldset', {}, make('legend', {}, 'Boundaries'), this.boundaryList,
                make('label', {class: 'replay-opacity'}, 'opacity ', this.opacity)),
           make('fieldset', {}, make('legend', {}, 'One particle'),
-               make('label', {}, 'number ', this.who), this.facts),
+               make('label', {}, 'number ', this.particleInput), this.facts),
           make('div', {class: 'replay-actions'}, act('Whole scene', () => { this.view.frame(); this.ask(); }),
                act('Copy a link to this view', (event) => this.copyLink(event.target))));
       const hint = make('p', {class: 'replay-hint', id: `${this.root.id}-hint`},
@@ -96,17 +97,17 @@ const FirnReplay = (() => {
       this.boxes = this.view.boundaries.map((boundary, b) => {
         const box = make('input', {type: 'checkbox', checked: '',
             change: () => this.want(b, box.checked)});
-        this.walls.append(make('label', {}, box, make('span', {class: 'replay-swatch',
+        this.boundaryList.append(make('label', {}, box, make('span', {class: 'replay-swatch',
             style: `background: ${boundary.color}`}), ' ', this.r.boundaries[b].name));
         return box;
       });
-      if (!this.boxes.length) this.walls.append('none');
+      if (!this.boxes.length) this.boundaryList.append('none');
     }
 
-    // Fills, sources, gates, outlets and axes, by kind; with labels where they are shown.
+    // Lists fills, inlets, sensors, outlets and axes by kind. Shown ones have labels in the picture.
     listMarkers() {
       const markers = this.view.markers, panel = make('fieldset', {class: 'replay-marks'},
-          make('legend', {}, 'Setup')), list = make('div', {class: 'replay-walls'});
+          make('legend', {}, 'Setup')), list = make('div', {class: 'replay-list'});
       this.markBoxes = new Map();
       for (const [kind, {color, count}] of markers.kinds) {
         const box = make('input', {type: 'checkbox', change: () => { markers.show(kind, box.checked); this.ask(); }});
@@ -123,7 +124,7 @@ const FirnReplay = (() => {
       }
       if (!list.childNodes.length) return;
       panel.append(list);
-      this.walls.parentElement.after(panel);
+      this.boundaryList.parentElement.after(panel);
       this.labels = make('div', {class: 'replay-labels', 'aria-hidden': 'true'});
       this.canvas.after(this.labels);
     }
@@ -131,7 +132,7 @@ const FirnReplay = (() => {
     want(b, wanted) {
       const boundary = this.view.boundaries[b];
       boundary.wanted = this.boxes[b].checked = wanted;
-      boundary.mesh.visible = wanted;  // until the next picture knows better
+      boundary.mesh.visible = wanted;  // the next picture sets it again
       this.ask();
     }
 
@@ -158,8 +159,8 @@ const FirnReplay = (() => {
     // Time
     toggle() { if (this.playing) this.stop(); else this.start(); }
     start() {
-      if (this.still || this.t >= this.r.end) this.t = this.r.start;
-      this.still = false;
+      if (this.playFromStart || this.t >= this.r.end) this.t = this.r.start;
+      this.playFromStart = false;
       this.playing = true;
       this.play.textContent = 'Pause';
       this.last = 0;
@@ -172,7 +173,7 @@ const FirnReplay = (() => {
     }
     seek(t) {
       this.t = clamp(t, this.r.start, this.r.end);
-      this.still = false;
+      this.playFromStart = false;
       this.ask();
     }
     step(by) {
@@ -181,13 +182,13 @@ const FirnReplay = (() => {
       this.seek(this.r.time[clamp(by < 0 && this.t > this.r.time[frame] ? frame : frame + by, 0, this.r.time.length - 1)]);
     }
 
-    // One picture at the next occasion, and on while it plays.
+    // Requests one picture; while the replay plays, one after another.
     ask() {
-      if (this.asked || this.over.signal.aborted) return;
+      if (this.asked || this.listeners.signal.aborted) return;
       this.asked = true;
       requestAnimationFrame((now) => {
         this.asked = false;
-        if (this.over.signal.aborted) return;
+        if (this.listeners.signal.aborted) return;
         if (this.playing) this.advance(now);
         this.draw();
         if (this.playing) this.ask();
@@ -205,11 +206,11 @@ const FirnReplay = (() => {
       }
       this.last = now;
     }
-    // Fewer pixels where pictures take long: machines without a graphics processor.
+    // Draws fewer pixels where pictures take long, as on machines without a graphics processor.
     spare(milliseconds) {
       this.pace = 0.9 * (this.pace || 16) + 0.1 * milliseconds;
-      if (this.pace > 45 && this.ratio > 0.5) {
-        this.ratio = Math.max(0.5, 0.75 * this.ratio);
+      if (this.pace > 45 && this.playingPixelRatio > 0.5) {
+        this.playingPixelRatio = Math.max(0.5, 0.75 * this.playingPixelRatio);
         this.pace = 25;
       }
     }
@@ -217,7 +218,7 @@ const FirnReplay = (() => {
       const width = this.canvas.clientWidth, height = this.canvas.clientHeight;
       if (!width || !height) return;
       this.view.show(this.t, this.modes[this.mode].write);
-      this.view.render(width, height, this.playing ? this.ratio : this.fine,
+      this.view.render(width, height, this.playing ? this.playingPixelRatio : this.pixelRatio,
                        getComputedStyle(this.root).getPropertyValue('--stage').trim());
       if (this.labels) this.view.markers.label(this.labels, this.view.camera, width, height);
       const stage = this.r.stages.filter((s) => s.start <= this.t).pop();
@@ -225,7 +226,7 @@ const FirnReplay = (() => {
       if (this.clock.value !== text) this.clock.value = text;
       this.scrub.value = this.t;
       this.scrub.setAttribute('aria-valuetext', text);
-      if (this.view.selected >= 0) this.tellSpeed();
+      if (this.view.selected >= 0) this.updateSpeed();
       this.root.dataset.shown = this.view.groups.reduce((n, g) => n + g.shown.length, 0);
     }
 
@@ -233,7 +234,7 @@ const FirnReplay = (() => {
     select(id) {
       const known = Number.isInteger(id) && id >= 0 && id < this.r.particles ? id : -1;
       this.view.select(known);
-      this.who.value = known >= 0 ? known : '';
+      this.particleInput.value = known >= 0 ? known : '';
       this.facts.replaceChildren();
       this.ask();
       if (known < 0) return;
@@ -246,8 +247,8 @@ const FirnReplay = (() => {
       addFact('tag', String(r.tag[id]));
       if (r.batch[id] >= 0) addFact('batch', String(r.batch[id]));
       addFact('came at', Number.isNaN(r.came[id]) ? 'has not come' : `${round(r.came[id], 4)} s`);
-      for (const gate of r.gates) {
-        if (!Number.isNaN(gate.time[id])) addFact(`in "${gate.name}"`, `${round(gate.time[id], 4)} s`);
+      for (const sensor of r.sensors) {
+        if (!Number.isNaN(sensor.time[id])) addFact(`in "${sensor.name}"`, `${round(sensor.time[id], 4)} s`);
       }
       if (!Number.isNaN(r.left[id])) {
         const by = r.outlet[id] >= 0 ? `, by "${r.outlets[r.outlet[id]]}"` : '';
@@ -257,13 +258,13 @@ const FirnReplay = (() => {
       this.speedNow = addFact('speed now', '');
       this.speedNow.setAttribute('aria-live', 'off');
     }
-    tellSpeed() {
+    updateSpeed() {
       const speed = this.r.speed(this.r.frameAt(this.t), this.view.selected);
       this.speedNow.textContent = Number.isNaN(speed) ? 'not there' : `${speed.toFixed(3)} m/s`;
     }
 
     // Mouse, fingers and keys
-    hand() {
+    bindInput() {
       const c = this.canvas, down = new Map();
       let moved = 0;
       const spread = () => {
@@ -313,7 +314,7 @@ const FirnReplay = (() => {
       }, {passive: false});
       c.addEventListener('keydown', (e) => { if (this.key(e)) e.preventDefault(); });
     }
-    // Selects what is in front there: a triangle of a map, a particle, or nothing.
+    // Selects the nearest object under the pointer: a triangle of a map, a particle, or nothing.
     point(x, y) {
       const triangle = this.maps.under(x, y);
       if (this.view.shape) {
@@ -342,7 +343,7 @@ const FirnReplay = (() => {
       return true;
     }
 
-    // As hash() writes it.
+    // Reads the parameters that hash() writes.
     apply(given) {
       const number = (key) => Number(given.get(key));
       if (given.has('t') && Number.isFinite(number('t'))) { this.stop(); this.seek(number('t')); }

@@ -51,7 +51,7 @@ const FirnReplayColors = (() => {
     },
     at: (share) => low + share * (high - low),
   });
-  // Three powers of ten, so that what creeps and what flies both differ from what is at rest.
+  // Three powers of ten: slow and fast particles both differ in color from particles at rest.
   const logScale = (name, unit, high, value) => {
     const decades = 3, low = high / 10 ** decades;
     return {

@@ -43,7 +43,7 @@ const FirnReplayData = (() => {
     facts.time = seconds(facts.time);
     facts.came = seconds(facts.came);
     facts.left = seconds(facts.left);
-    for (const gate of facts.gates) gate.time = seconds(gate.time);
+    for (const sensor of facts.sensors) sensor.time = seconds(sensor.time);
     for (const stage of facts.stages) stage.start *= MICRO;
     for (const bond of facts.bonds) bond.broken = bond.broken === null ? Infinity : bond.broken * MICRO;
     const parts = facts.shapes.flatMap((shape) => shape.parts || []);

@@ -67,7 +67,7 @@ const FirnReplayMaps = (() => {
       this.set(-1, '');
     }
 
-    // Those that are colored together: all watched boundaries, or one shape.
+    // What is colored with one scale: all monitored boundaries, or one shape.
     targets() { return this.shape < 0 ? this.boundaries : [this.r.maps[this.shape]]; }
     fieldsOf(target) { return target.map.fields; }
 
@@ -84,7 +84,7 @@ const FirnReplayMaps = (() => {
       this.view.showShape(this.shape);
       this.view.alone = !this.particles.checked;
       this.paint();
-      this.tellScale();
+      this.updateScale();
       this.ask();
     }
 
@@ -102,7 +102,7 @@ const FirnReplayMaps = (() => {
       if (this.shape >= 0) this.view.paintShape(this.shape, colorsOf(lists[0], this.range));
     }
 
-    tellScale() {
+    updateScale() {
       this.legend.replaceChildren();
       this.note.textContent = '';
       this.largest.hidden = !this.range;

@@ -5,7 +5,7 @@ const FirnReplayMarkers = (() => {
                    'measurement': 0xcc79a7, 'motion': 0x8a5a00, 'free body': 0x7a3fb0, 'coupling': 0xb71c1c};
   const css = (number) => '#' + number.toString(16).padStart(6, '0');
 
-  // All parts as one mesh, each drawn smaller about its middle, so that gaps show where one ends.
+  // Joins all parts into one mesh. Each part is scaled down about its middle, so that gaps separate them.
   const apart = (parts) => {
     const vertices = [], triangles = [];
     for (const part of parts) {
@@ -32,7 +32,7 @@ const FirnReplayMarkers = (() => {
         made.group.visible = false;
         scene.add(made.group);
         this.list.push(made);
-        if (marker.kind === 'fill' || marker.kind === 'source') {
+        if (marker.kind === 'fill' || marker.kind === 'inlet') {
           this.box.expandByPoint(new THREE.Vector3(...marker.low));
           this.box.expandByPoint(new THREE.Vector3(...marker.high));
         }

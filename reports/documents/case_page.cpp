@@ -91,10 +91,10 @@ Case with_first_batches_at_once(const Case& c, int most) {
     fill.interval = 1e9;
     fill.stage.clear();
   }
-  for (Inlet& source : first.inlets) {
-    source.start = 0;
-    source.interval = 1e9;
-    source.stage.clear();
+  for (Inlet& inlet : first.inlets) {
+    inlet.start = 0;
+    inlet.interval = 1e9;
+    inlet.stage.clear();
   }
   return first;
 }
@@ -207,10 +207,11 @@ void add_schedule(page::Page& page, const Case& c) {
         {"inlet " + s.name, s.shape, Cell(static_cast<double>(s.positions.size()) * s.batches),
          Cell(static_cast<double>(s.positions.size())), s.start, s.interval, s.stage});
   if (!fills.rows.empty()) content.table(fills);
-  content.properties({{"longest duration", fmt::format("{:.4g} s", c.duration)},
-                      {"time step", fmt::format("{:.4g} us", c.model.timestep * 1e6)},
-                      {"particles", fmt::format("{}", c.model.particles.size())},
-                      {"seed", fmt::format("{}", c.seed)}});
+  content.properties(
+      {{"longest duration", fmt::format("{:.4g} s", c.duration)},
+       {"time step", fmt::format("{} us", page::number_text(1e6 * c.model.timestep))},
+       {"particles", fmt::format("{}", c.model.particles.size())},
+       {"seed", fmt::format("{}", c.seed)}});
   if (!c.timestep_reason.empty()) content.paragraph(c.timestep_reason);
 }
 
@@ -247,7 +248,7 @@ Json sample_statistics(const Case& c, const ScenePoses& poses) {
     facts["outlet"].push_back(-1);
     facts["peak_force"].push_back(0);
   }
-  for (const char* key : {"outlets", "gates", "bonds", "maps", "stages", "boundaries"})
+  for (const char* key : {"outlets", "sensors", "bonds", "maps", "stages", "boundaries"})
     facts[key] = Json::array();
   for (const ScenePoses::StageStart& stage : poses.stages)
     facts["stages"].push_back({{"name", stage.name}, {"start", replay::micro(stage.start)}});

@@ -95,7 +95,7 @@ void best_section(const Document& d, page::Page& page) {
         "{} and {}{} with a probability of 95 %{}.",
         words(d.objective), number_text(d.prediction->interval_95.first),
         number_text(d.prediction->interval_95.second), unit,
-        d.material.empty() ? "" : ", whatever material of the family it is made with"));
+        d.material.empty() ? "" : ", with any material of the posterior ensemble"));
   if (!items.empty()) content.list(items);
 }
 
@@ -145,7 +145,8 @@ page::Page optimization_page_of(const Document& d) {
     facts.push_back({"probability of " + event_words(limit),
                      fmt::format("at most {}", number_text(limit.probability))});
   if (!d.material.empty())
-    facts.push_back({"material", d.material + ", each seed with another draw of its family"});
+    facts.push_back(
+        {"material", d.material + ", each seed with another draw of its posterior ensemble"});
   facts.push_back({"runs", d.not_finished > 0
                                ? fmt::format("{}, {} without a value", d.runs, d.not_finished)
                                : fmt::format("{}", d.runs)});

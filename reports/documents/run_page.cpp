@@ -12,7 +12,9 @@
 #include <tuple>
 
 #include "experiments/analysis/sample_statistics.h"
+#include "experiments/case_reader/case_from_results.h"
 #include "experiments/inspection/run_diagnostics.h"
+#include "experiments/responses/measure.h"
 #include "experiments/results/bond_results.h"
 #include "experiments/results/results_file.h"
 #include "experiments/storage/version.h"
@@ -52,7 +54,7 @@ constexpr std::array kOthers = {
     "heap_count",     "remaining_count",          "_largest_motor_load", "peak_normal_force",
     "discharge_rate", "largest_compressive_load", "bulk_density",        "present_count"};
 
-std::vector<std::string> telling_names(const Case& c) {
+std::vector<std::string> key_response_names(const Case& c) {
   std::vector<std::string> names(kAngles.begin(), kAngles.end());
   names.emplace_back("_batches");
   for (const Sensor& sensor : c.sensors) names.push_back(response_name(sensor.name + "_count"));
@@ -62,7 +64,7 @@ std::vector<std::string> telling_names(const Case& c) {
 
 // The most informative responses first, then the others; of both those that are not zero first.
 std::vector<Response> ordered(std::vector<Response> responses, const Case& c) {
-  const std::vector<std::string> names = telling_names(c);
+  const std::vector<std::string> names = key_response_names(c);
   std::ranges::stable_sort(responses, {}, [&](const Response& r) {
     const auto found = std::ranges::find_if(
         names, [&](const std::string& ending) { return r.name.ends_with(ending); });
@@ -72,10 +74,10 @@ std::vector<Response> ordered(std::vector<Response> responses, const Case& c) {
   return responses;
 }
 
-bool is_telling(const Response& r, const Case& c) {
+bool is_key_response(const Response& r, const Case& c) {
   if (!is_scalar(r) || !std::isfinite(r.value[0])) return false;
   if (r.value[0] == 0 && r.name != "arched") return false;  // nothing moved, nothing was touched
-  return std::ranges::any_of(telling_names(c),
+  return std::ranges::any_of(key_response_names(c),
                              [&](const std::string& ending) { return r.name.ends_with(ending); });
 }
 
@@ -84,7 +86,7 @@ std::vector<page::KeyFigure> response_cards(const std::vector<Response>& respons
   constexpr std::size_t kMost = 6;
   std::vector<page::KeyFigure> cards;
   for (const Response& r : responses) {
-    if (cards.size() == kMost || !is_telling(r, c)) continue;
+    if (cards.size() == kMost || !is_key_response(r, c)) continue;
     const std::string unit = unit_suffix(r.unit);
     if (r.name == "arched")
       cards.push_back({"jam", r.value[0] == 0 ? "none" : "yes", r.method, {}});
@@ -162,7 +164,7 @@ void top(const Recording& recording, const Case& c, const std::vector<Response>&
         fmt::format("{} of at most {} s", page::number_text(times.empty() ? 0 : times.back()),
                     page::number_text(c.duration))},
        {"particles", fmt::format("{} came, {} left through outlets", counts.came, counts.left)},
-       {"time step", fmt::format("{} s", page::number_text(recording.timestep()))},
+       {"time step", fmt::format("{} us", page::number_text(1e6 * recording.timestep()))},
        {"wall time", duration_text(recording.wall_time())}});
 }
 
@@ -260,7 +262,7 @@ void case_section(const Recording& recording, const Case& c, page::Page& page) {
 
 page::Page run_page(const std::string& results_file, const ReplayViewOptions& options) {
   const Recording recording(results_file);
-  const Case c = recording.read_case();
+  const Case c = read_case(recording);
   const std::vector<Response> responses =
       ordered(recording.measured() ? recording.responses() : measure(recording), c);
   page::Page page(c.name, fmt::format("one run, seed {}, {}, contact model {}", recording.seed(),

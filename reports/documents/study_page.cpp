@@ -227,7 +227,7 @@ void study_parameters_section(const StudyDocument& results, page::Page& page) {
   content.table(combinations);
 }
 
-// The answer, the family of equally good sets and what was compared, over the first two parameters.
+// The answer, the members of the ridge and the compared sets, over the first two parameters.
 void add_map(const StudyDocument& results, page::Content& content) {
   const std::vector<StudyDocument::Parameter>& parameters = results.parameters;
   if (parameters.size() < 2) return;
@@ -249,7 +249,7 @@ void add_map(const StudyDocument& results, page::Content& content) {
   add("equally good", results.ridge);
   add("compared", results.compare);
   content.figure({plots::draw(plot), "Parameter sets that were examined closely.",
-                  fmt::format("answer, {} members of the family, {} sets compared",
+                  fmt::format("answer, {} members of the ridge, {} sets compared",
                               results.ridge.size(), results.compare.size())});
 }
 
@@ -274,7 +274,7 @@ void sets_section(const StudyDocument& results, const fs::path& folder, page::Pa
   add_map(results, content);
   page::Table table;
   table.caption =
-      "Answer, family and what was compared: the model's word, and simulations with "
+      "Answer, members of the ridge and compared sets: predicted by the model, and simulated with "
       "fresh seeds";
   table.columns = {{"set", ""}};
   for (const StudyDocument::Parameter& p : results.parameters)

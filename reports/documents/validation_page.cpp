@@ -93,8 +93,9 @@ void validation_summary(const ValidationDocument& results, const std::vector<Set
   std::vector<page::KeyFigure> cards;
   for (const char* verdict :
        {"consistent", "inconsistent", "inconclusive", "not independent", "not comparable"})
-    cards.push_back({verdict, std::to_string(count[verdict]), "", {badge_of(verdict).mark, " "}});
-  page.top().key_figures(cards);
+    if (const int n = count[verdict]; n > 0)
+      cards.push_back({verdict, std::to_string(n), "", {badge_of(verdict).mark, " "}});
+  if (!cards.empty()) page.top().key_figures(cards);
   if (!results.note.empty()) page.top().paragraph(results.note);
   page::Table table;
   table.caption = "Verdicts by comparison and parameter set";

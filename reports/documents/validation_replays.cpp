@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <set>
 
+#include "experiments/case_reader/case_from_results.h"
 #include "experiments/system/text_encoding.h"
 #include "reports/replay/replay_view.h"
 
@@ -68,7 +69,7 @@ void ValidationReplays::add(const std::string& experiment, const std::string& an
     options.budget = budget_ / waiting_;
     const ReplaySize size =
         add_replay_view(page, watch, {page::slugify(experiment), fmt::format("\"{}\"", experiment)},
-                        recording, recording.read_case(), options);
+                        recording, read_case(recording), options);
     budget_ -= std::min(budget_, size.characters);
     if (size.frames > 0) {
       run.drawn_at = anchor;

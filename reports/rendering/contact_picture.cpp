@@ -30,7 +30,7 @@ constexpr double kLayers[] = {0.2, 0.48, 0.32};
 constexpr double kFrictionScale = 4;      // arrows of friction are so much longer
 constexpr double kTitle = 84, kKey = 44;  // pixels
 
-// TunnelingGuard of a cylinder and a cone around the z axis, from `from` to `to` (unit: m).
+// Adds the side faces of a truncated cone about the z axis and its base at `z_from` (unit: m).
 void add_cone(double z_from, double r_from, double z_to, double r_to, TriangleMesh& mesh) {
   constexpr int kSides = 20;
   const int base = static_cast<int>(mesh.vertices.size());
@@ -46,7 +46,7 @@ void add_cone(double z_from, double r_from, double z_to, double r_to, TriangleMe
     const int a = base + 2 * k, b = base + 2 * ((k + 1) % kSides);
     mesh.triangles.push_back({a, b, b + 1});
     mesh.triangles.push_back({a, b + 1, a + 1});
-    mesh.triangles.push_back({center, b, a});  // the end that it begins with
+    mesh.triangles.push_back({center, b, a});  // base at z_from
   }
 }
 

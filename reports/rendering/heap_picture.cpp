@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "experiments/case_reader/case_from_results.h"
 #include "experiments/responses/drained_repose_responses.h"
 #include "experiments/responses/heap_slope.h"
 #include "experiments/system/gnuplot.h"
@@ -217,7 +218,7 @@ void draw_heap(const HeapPicture& picture, const std::string& file) {
 }
 
 void draw_heap(const Recording& recording, std::size_t frame, const std::string& file) {
-  const Case c = recording.read_case();
+  const Case c = read_case(recording);
   if (!c.drained_repose) {
     throw InputError(
         fmt::format("{}: is not a drained angle of repose test; expected one to draw its "

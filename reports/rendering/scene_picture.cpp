@@ -9,6 +9,7 @@
 #include <list>
 #include <set>
 
+#include "experiments/case_reader/case_from_results.h"
 #include "experiments/meshes/wall_solids.h"
 #include "experiments/results/bond_results.h"
 #include "experiments/run/placement.h"
@@ -417,7 +418,7 @@ struct RecordedScenes::Impl {
   explicit Impl(const Recording& of) : recording(of) {}
 
   const Recording& recording;
-  Case c = recording.read_case();
+  Case c = read_case(recording);
   std::vector<double> times = recording.frame_times();
   std::vector<int> tags = recording.tag();
   std::vector<BondOutcome> outcomes = bond_outcomes(recording);

@@ -7,9 +7,9 @@
 
 namespace firn {
 
-// About `wanted` triangles of the same surface, by quadric error metrics (Garland and Heckbert
-// 1997); a corner is moved onto its neighbor, so that all that are left are corners of the mesh
-// given. Keeps free edges where they are. More than wanted where fewer would fold the surface.
+// About `wanted` triangles of the same surface, by edge collapses with quadric error metrics
+// (meshoptimizer). The vertices are a subset of those of `mesh`; closed meshes stay closed, and
+// free edges keep their shape. More than `wanted` where fewer would fold the surface.
 TriangleMesh simplified_mesh(const TriangleMesh& mesh, std::size_t wanted);
 
 }  // namespace firn

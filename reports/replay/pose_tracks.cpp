@@ -21,9 +21,9 @@ Eigen::AlignedBox3d box_of(const PoseTracks& tracks) {
   return box;
 }
 
-// The channels of one body over all frames. Where it is not there, what it was before holds:
-// nothing changes but the mark.
-void quantise(const PoseTracks& tracks, std::size_t body, const PackedTrajectories& packed,
+// Writes the channels of one body over all frames. In frames without the body, they repeat its
+// last pose, and only the mark changes.
+void quantize(const PoseTracks& tracks, std::size_t body, const PackedTrajectories& packed,
               std::array<std::vector<std::int16_t>, kChannels>& channel) {
   std::array<std::int16_t, kChannels> now{};
   std::array<float, 4> before{};
@@ -81,7 +81,7 @@ PackedTrajectories pack(const PoseTracks& tracks) {
   std::array<std::vector<std::int16_t>, kChannels> channel;
   for (auto& c : channel) c.resize(packed.frames);
   for (std::size_t body = 0; body < packed.bodies; ++body) {
-    quantise(tracks, body, packed, channel);
+    quantize(tracks, body, packed, channel);
     for (std::size_t k = 0; k < kChannels; ++k) {
       std::size_t at = (k * packed.bodies + body) * packed.frames;
       std::uint16_t before = 0;

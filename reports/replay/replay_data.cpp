@@ -235,12 +235,12 @@ Json markers_json(const Case& c) {
   for (const Fill& fill : c.fills)
     markers.push_back(box_marker("fill", fmt::format("{} {}", fill.count, fill.shape),
                                  fill.region_min, fill.region_max));
-  for (const Inlet& source : c.inlets) {
-    if (source.positions.empty()) continue;
+  for (const Inlet& inlet : c.inlets) {
+    if (inlet.positions.empty()) continue;
     Eigen::AlignedBox3d box;
-    for (const Vec3& p : source.positions) box.extend(p);
-    markers.push_back(box_marker("inlet", source.name, box.min() - source.position_jitter,
-                                 box.max() + source.position_jitter));
+    for (const Vec3& p : inlet.positions) box.extend(p);
+    markers.push_back(box_marker("inlet", inlet.name, box.min() - inlet.position_jitter,
+                                 box.max() + inlet.position_jitter));
   }
   for (const Sensor& sensor : c.sensors)
     markers.push_back(sensor.is_box
@@ -287,8 +287,8 @@ void place_view(page::Page& page, page::Content& content, const std::string& anc
   page.add_data("replay-data-" + anchor, data);
   page.add_style(asset("replay.css"));
   for (const char* script :
-       {"three.min.js", "replay_data.js", "replay_colors.js", "replay_markers.js",
-        "replay_scene.js", "replay_maps.js", "replay.js", "replay_views.js"})
+       {"three_license.js", "three.min.js", "replay_data.js", "replay_colors.js",
+        "replay_markers.js", "replay_scene.js", "replay_maps.js", "replay.js", "replay_views.js"})
     page.add_script(asset(script));
 }
 

@@ -128,9 +128,9 @@ Json facts_json(const Recording& recording, const Case& c) {
   facts["peak_force"] = recording.peak_normal_force();
   facts["outlets"] = Json::array();
   for (const Outlet& outlet : c.outlets) facts["outlets"].push_back(outlet.name);
-  facts["gates"] = Json::array();
+  facts["sensors"] = Json::array();
   for (const Sensor& sensor : c.sensors)
-    facts["gates"].push_back(
+    facts["sensors"].push_back(
         {{"name", sensor.name}, {"time", micro(recording.sensor_time(sensor.name))}});
   facts["stages"] = Json::array();
   for (const StageRecord& s : recording.stages())

@@ -80,7 +80,7 @@ TEST_F(ContactsCommand, MeanForceIsTheWeight) {
   }
 }
 
-TEST_F(ContactsCommand, TextTellsTheSame) {
+TEST_F(ContactsCommand, TextStatesTheSame) {
   const Outcome o = contacts({"run.h5", "--pair", "floor", "0", "-q"});
   ASSERT_EQ(o.status, 0) << o.err;
   EXPECT_EQ(o.err, "");
@@ -103,7 +103,7 @@ TEST_F(ContactsCommand, CaseAndRunAgree) {
   EXPECT_EQ(run.out, contacts({"run.h5", "--step", step, "--json"}).out);
 }
 
-TEST_F(ContactsCommand, HistoryTellsBirthsAndWork) {
+TEST_F(ContactsCommand, HistoryStatesBirthsAndWork) {
   const Outcome o = contacts(
       {"run.h5", "--pair", "1", "0", "--history", "0s", "100ms", "--every", "10", "--json"});
   ASSERT_EQ(o.status, 0) << o.err;
@@ -196,7 +196,7 @@ TEST_F(ContactsCommand, TracesOfTwoThreadCountsAreEqual) {
   EXPECT_THAT(equal.out, HasSubstr("equal: "));
 }
 
-TEST_F(ContactsCommand, TracesTellTheFirstDifference) {
+TEST_F(ContactsCommand, TracesShowTheFirstDifference) {
   ASSERT_EQ(folder_
                 .firn({"run", "case.toml", "-o", "t.h5", "-q", "--trace-hashes", "a",
                        "--trace-numbers", "0:10"})

@@ -136,7 +136,7 @@ TEST_F(Materials, ProcessesThatAddAtOnceGetVersionsOfTheirOwn) {
   EXPECT_EQ(firn({"materials", "verify", "mine"}).status, 0);
 }
 
-TEST_F(Materials, ARunTakesARecordAndTellsWhichKeys) {
+TEST_F(Materials, ARunTakesARecordAndListsItsKeys) {
   folder.write("case.toml", two_boxes);
   folder.write("a.json", draft(0.15));
   firn({"materials", "add", "a.json"});

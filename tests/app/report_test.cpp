@@ -13,7 +13,7 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST(ReportCommand, APageOfARunLiesBesideIt) {
+TEST(ReportCommand, APageOfARunIsInItsFolder) {
   const Folder folder;
   folder.write("case.toml", two_boxes);
   ASSERT_EQ(folder.firn({"run", "case.toml", "-o", "two.h5"}).status, 0);

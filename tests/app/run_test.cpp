@@ -32,6 +32,9 @@ TEST(RunCommand, TwoBoxesEndToEnd) {
   EXPECT_GT(result["diagnostics"]["largest_overlap"], 0.0);
   EXPECT_THAT(o.err, HasSubstr("cube: box, 20.00 x 20.00 x 20.00 mm, 7.33 g"));
   EXPECT_THAT(o.err, HasSubstr("time step"));
+  const int late = result["diagnostics"]["late_contacts"];
+  EXPECT_THAT(o.err, HasSubstr("), " + std::to_string(late) +
+                               (late == 1 ? " late contact, " : " late contacts, ")));
 
   const Recording recording((folder.path() / "runs/two-boxes-seed7.h5").string());
   EXPECT_EQ(recording.status(), "finished");
@@ -41,7 +44,7 @@ TEST(RunCommand, TwoBoxesEndToEnd) {
   EXPECT_NEAR(last.position[0][2], 0.010, 2e-4);
 }
 
-TEST(RunCommand, QuietRunTellsOnlyResults) {
+TEST(RunCommand, QuietRunPrintsOnlyResults) {
   const Folder folder;
   folder.write("case.toml", two_boxes);
   const Outcome o = folder.firn({"run", "case.toml", "-o", "a.h5", "--quiet"});
@@ -171,7 +174,7 @@ TEST(RunCommand, InterruptedRunIsSavedAndGoesOn) {
 }
 
 // A run that is finished has nothing left to do, and says again what it found.
-TEST(RunCommand, ResumingAFinishedRunTellsItsResponses) {
+TEST(RunCommand, ResumingAFinishedRunPrintsItsResponses) {
   const Folder folder;
   folder.write("case.toml", two_boxes);
   const Outcome first = folder.firn({"run", "case.toml", "-o", "a.h5", "--json"});

@@ -128,7 +128,7 @@ TEST(ShapeCommand, OpenMeshIsRefusedWithItsDefects) {
   EXPECT_THAT(o.err, HasSubstr("open.stl"));
 }
 
-TEST(ShapeCommand, TellsAndDoesWhatRepairsAMesh) {
+TEST(ShapeCommand, StatesAndAppliesWhatRepairsAMesh) {
   const Folder folder;
   auto open = box(10, 10, 10);
   open.pop_back();
@@ -266,6 +266,31 @@ TEST(ShapeCommand, CaseWithAnUnsoundMeshIsRefusedInOneLine) {
   EXPECT_EQ(o.out, "");
   EXPECT_EQ(lines(o.err), 1U) << o.err;
   EXPECT_THAT(o.err, HasSubstr("shapes.cube"));
+  EXPECT_THAT(o.err, HasSubstr("open.stl --repair-to FIXED.stl repairs what it can"));
+  text.replace(text.find("\"mm\""), 4, "\"cm\"");
+  const Outcome in_cm = folder.firn({"run", folder.write("cm.toml", text)});
+  EXPECT_EQ(in_cm.status, 2);
+  EXPECT_THAT(in_cm.err, HasSubstr("open.stl --length-unit cm --repair-to FIXED.stl"));
+}
+
+TEST(ShapeCommand, ABoundaryWithATurnedTriangleNamesTheRepair) {
+  const Folder folder;
+  std::vector<Triangle> turned = box(100, 80, 60);
+  std::swap(turned.back()[0], turned.back()[1]);
+  folder.write("turned.stl", stl(turned));
+  const Outcome wall = folder.firn({"shape", "turned.stl", "--boundary"});
+  EXPECT_EQ(wall.status, 2);
+  EXPECT_EQ(lines(wall.err), 1U) << wall.err;
+  EXPECT_THAT(wall.err, HasSubstr("; firn shape turned.stl --repair-to FIXED.stl repairs"));
+  const std::string text = std::string(two_boxes) +
+                           "[[boundaries]]\nname = \"bin\"\nmaterial = \"plastic\"\n"
+                           "kind = \"mesh\"\nfile = \"turned.stl\"\nlength_unit = \"mm\"\n";
+  const Outcome in_case = folder.firn({"run", folder.write("case.toml", text)});
+  EXPECT_EQ(in_case.status, 2);
+  EXPECT_EQ(lines(in_case.err), 1U) << in_case.err;
+  EXPECT_THAT(in_case.err, HasSubstr("turned.stl --repair-to FIXED.stl repairs what it can"));
+  EXPECT_EQ(folder.firn({"shape", "turned.stl", "--repair-to", "FIXED.stl"}).status, 0);
+  EXPECT_EQ(folder.firn({"shape", "FIXED.stl", "--boundary"}).status, 0);
 }
 
 TEST(ShapeCommand, ShapesOfACase) {

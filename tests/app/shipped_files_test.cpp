@@ -11,6 +11,7 @@
 #include "calibrate/optimization/optimization_study.h"
 #include "calibrate/study/study_file.h"
 #include "experiments/batch/sweep/sweep.h"
+#include "experiments/case_reader/read_case.h"
 #include "experiments/measurements/bench_tests.h"
 #include "experiments/measurements/measurement.h"
 #include "photo/photo_setup.h"

@@ -118,7 +118,7 @@ TEST(SweepCommand, LeavesAPageInAFolderWithoutBlanks) {
   EXPECT_FALSE(folder.contains("runs/two-boxes-soft"));
 }
 
-TEST(SweepCommand, TellsTheExponentOverOneKeyThatIsANumber) {
+TEST(SweepCommand, StatesTheExponentOverOneKeyThatIsANumber) {
   const Sweep folder;
   const auto swept = [&](const char* name, const char* key, const char* values) {
     folder.write("one.toml", std::string("[sweep]\nname = \"") + name +

@@ -166,7 +166,7 @@ TEST(Usage, OldNamesAreReadAsOptionsOnly) {
   EXPECT_THAT(Folder().firn({"run", "case.toml", "--top", "3"}).err, Not(HasSubstr("warning")));
 }
 
-TEST(Usage, VersionTellsTheCommit) {
+TEST(Usage, VersionStatesTheCommit) {
   const Outcome o = Folder().firn({"--version"});
   EXPECT_EQ(o.status, 0);
   EXPECT_EQ(o.out, std::string("firn ") + firn_version() + " (" + firn_git_commit() +
@@ -193,6 +193,29 @@ TEST(Usage, OptionWithoutSense) {
 
 TEST(Usage, RunNeedsACase) {
   expect_one_line(Folder().firn({"run"}), "expected CASE.toml or --resume");
+}
+
+TEST(Usage, AFileOfAnotherKindIsNamed) {
+  const struct {
+    std::string table, file, command;
+  } kinds[] = {{"case", "a case file", "run"},
+               {"study", "a study file", "calibrate"},
+               {"suite", "a suite file", "validate"},
+               {"sweep", "a sweep file", "sweep"},
+               {"optimization", "an optimization file", "optimize"}};
+  const Folder folder;
+  for (const auto& given : kinds) {
+    const std::string name = given.table + ".toml";
+    folder.write(name, "# about it\n[" + given.table + "]\nname = \"small\"\n[budget]\nruns = 9\n");
+    for (const auto& wanted : kinds)
+      if (wanted.table != given.table)
+        expect_one_line(folder.firn({wanted.command, name}),
+                        name + ":2: " + given.table + ": is a file for firn " + given.command +
+                            "; expected " + wanted.file + " (firn " + wanted.command + ")");
+  }
+  // With the table of the expected kind, any other one is an unknown key.
+  folder.write("both.toml", "[case]\nduration = \"1 s\"\n[study]\nname = \"small\"\n");
+  expect_one_line(folder.firn({"run", "both.toml"}), "both.toml:3: study: unknown key; expected");
 }
 
 TEST(Usage, ResumeTakesNoSettings) {

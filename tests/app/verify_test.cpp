@@ -12,7 +12,7 @@ namespace {
 using nlohmann::json;
 using testing::HasSubstr;
 
-TEST(VerifyCommand, RunsNamedCasesAndTellsEveryCheck) {
+TEST(VerifyCommand, RunsNamedCasesAndListsEveryCheck) {
   const Folder folder;
   const Outcome o = folder.firn({"verify", "impact.two_bodies", "body.free_fall", "--checks"});
   EXPECT_EQ(o.status, 0) << o.err;
@@ -56,7 +56,7 @@ TEST(VerifyCommand, WritesPagesThatStandAlone) {
   }
 }
 
-TEST(VerifyCommand, WrongNamesAreToldInOneLine) {
+TEST(VerifyCommand, WrongNamesAreReportedInOneLine) {
   const Folder folder;
   const Outcome name = folder.firn({"verify", "impcat"});
   EXPECT_EQ(name.status, 2);

@@ -82,6 +82,44 @@ int occurrences(const std::vector<std::string>& text, const std::vector<std::str
   }
 }
 
+// The words of an identifier: k and told of kTold, asked and anew of asked_anew. In lower case.
+std::vector<std::string> parts_of(const std::string& identifier) {
+  std::vector<std::string> parts(1);
+  for (std::size_t i = 0; i < identifier.size(); ++i) {
+    const auto is = [&](std::size_t k, int (*kind)(int)) {
+      return k < identifier.size() && kind(static_cast<unsigned char>(identifier[k])) != 0;
+    };
+    const bool follows_capital = i > 0 && is(i - 1, std::isupper);
+    const bool begins = is(i, std::isupper) && (!follows_capital || is(i + 1, std::islower));
+    if ((begins || identifier[i] == '_') && !parts.back().empty()) parts.emplace_back();
+    if (identifier[i] != '_')
+      parts.back() += static_cast<char>(std::tolower(static_cast<unsigned char>(identifier[i])));
+  }
+  if (parts.back().empty()) parts.pop_back();
+  return parts;
+}
+
+// Uses of the words of the list inside longer identifiers, except those that are on the list.
+std::map<std::string, int> uses_in_identifiers(const std::string& text,
+                                               const std::map<std::string, AvoidedWord>& list) {
+  std::map<std::string, int> uses;
+  std::string identifier;
+  for (const char c : text + ' ') {
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_') {
+      identifier += c;
+      continue;
+    }
+    if (identifier.empty()) continue;
+    const std::vector<std::string> parts = parts_of(identifier);
+    if (parts.size() > 1 && !list.contains(words_of(identifier).front())) {
+      for (const std::string& part : parts)
+        if (list.contains(part)) ++uses[part];
+    }
+    identifier.clear();
+  }
+  return uses;
+}
+
 // Files that may use avoided words: the glossary, the list, its test, the table of old names, and a
 // recorded page of an earlier version.
 bool may_use_avoided_words(const fs::path& file) {
@@ -134,9 +172,11 @@ TEST(WordList, AvoidedWordsOnlyDecrease) {
       ++read;
       const std::vector<std::string> text = words_of(content);
       const std::set<std::string> distinct(text.begin(), text.end());
+      const std::map<std::string, int> inside = uses_in_identifiers(content, list);
       for (const auto& [phrase, word] : list) {
-        if (!distinct.contains(word.words.front())) continue;
-        const int count = occurrences(text, word.words);
+        int count = 0;
+        if (distinct.contains(word.words.front())) count = occurrences(text, word.words);
+        if (const auto uses = inside.find(phrase); uses != inside.end()) count += uses->second;
         if (count == 0) continue;
         found[phrase][area] += count;
         where[phrase] += "\n  " + fs::relative(path, source_dir).string();
@@ -162,7 +202,7 @@ TEST(WordList, AvoidedWordsOnlyDecrease) {
   }
 }
 
-// A phrase is found across lines and case, and not inside of longer identifiers.
+// A phrase is found across lines and case. Single words are also found in longer identifiers.
 TEST(WordList, CountsPhrases) {
   const std::vector<std::string> text =
       words_of("// It GOES\n// on and goes on.\nint goes_on = kTold; untold told(told);");
@@ -170,6 +210,11 @@ TEST(WordList, CountsPhrases) {
   EXPECT_EQ(occurrences(text, {"told"}), 2);
   EXPECT_EQ(occurrences(text, {"ktold"}), 1);
   EXPECT_EQ(occurrences(text, {"goes_on"}), 1);
+  EXPECT_EQ(parts_of("kTold"), (std::vector<std::string>{"k", "told"}));
+  EXPECT_EQ(parts_of("readHTMLPage_2"), (std::vector<std::string>{"read", "html", "page", "2"}));
+  const std::map<std::string, AvoidedWord> list = {{"told", {}}, {"k_told", {}}, {"tell", {}}};
+  EXPECT_EQ(uses_in_identifiers("told kTold k_told WhoTold tell_all retell", list),
+            (std::map<std::string, int>{{"tell", 1}, {"told", 2}}));
 }
 
 }  // namespace

@@ -56,7 +56,7 @@ bool ask_for(const std::string& what, Model& model) {
     for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
       if (model.boundaries[b].parts.empty()) continue;
       options.monitored.push_back(
-          {static_cast<int>(b), refined(surface_mesh(model.boundaries[b].parts[0]), 0.02)});
+          {static_cast<int>(b), subdivided(surface_mesh(model.boundaries[b].parts[0]), 0.02)});
     }
   }
   return what.empty() || options.any();

@@ -337,7 +337,7 @@ TEST(Refinement, AModelThatDoesNotExplainItsRunsIsNamed) {
   EXPECT_FALSE(explains(30));
 }
 
-TEST(Refinement, AValleyThatBendsIsToldFromAStraightOne) {
+TEST(Refinement, AValleyThatBendsIsDistinguishedFromAStraightOne) {
   // A quarter of a circle about one corner of the ranges: no combination holds along all of it.
   const Folder folder("bent");
   FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {

@@ -124,7 +124,7 @@ class KillTest : public testing::Test {
     return keys;
   }
   // Runs inherit the lock of their study, and give it back when they are gone.
-  void wait_until_nobody_writes(const std::string& directory) const {
+  void wait_until_no_process_writes(const std::string& directory) const {
     const int lock = open((folder_ / (directory + "/lock")).c_str(), O_RDWR | O_CLOEXEC);
     if (lock < 0) return;  // killed before there was one
     flock(lock, LOCK_EX);
@@ -168,7 +168,7 @@ class KillTest : public testing::Test {
       for (const auto& [file, written] : known)
         EXPECT_EQ(fs::last_write_time(file), written) << "a finished run was repeated: " << file;
       if (killed % 2 == 0) continue;  // the next session meets what still saves its state
-      wait_until_nobody_writes("killed");
+      wait_until_no_process_writes("killed");
       known = finished("killed");
     }
     EXPECT_GT(killed, kills / 2);

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "experiments/case/case.h"
+#include "experiments/case_reader/read_case.h"
 #include "experiments/meshes/mesh_file.h"
 #include "firn/mesh.h"
 #include "tests/fuzz/fuzz_target.h"

@@ -42,10 +42,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
   }
   const MeshDefects defects = inspect(mesh);
-  fuzz::require(defects.sound() == defects.sentence().empty(), "defects are named");
+  fuzz::require(defects.is_valid() == defects.to_message().empty(), "defects are named");
   if (mesh.triangles.size() > 200) return 0;
   const MeshConflicts conflicts = find_conflicts(mesh);
-  fuzz::require(conflicts.none() == conflicts.sentence().empty(), "conflicts are named");
+  fuzz::require(conflicts.none() == conflicts.to_message().empty(), "conflicts are named");
   for (const MeshConflict& c : conflicts.examples) {
     fuzz::require(c.triangle >= 0 && c.triangle < static_cast<int>(mesh.triangles.size()) &&
                       c.other < static_cast<int>(mesh.triangles.size()),
@@ -59,7 +59,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   options.max_parts = 8;
   fuzz::accepts([&] { wall_solids(mesh, 1e-4); });
   const bool made = fuzz::accepts([&] { require_shape(make_mesh(mesh, options)); });
-  fuzz::require(!made || defects.sound(), "an unsound mesh makes no shape");
+  fuzz::require(!made || defects.is_valid(), "an unsound mesh makes no shape");
   fuzz::require(!made || conflicts.none(), "a mesh with conflicts makes no shape");
   return 0;
 }

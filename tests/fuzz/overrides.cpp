@@ -2,6 +2,7 @@
 #include <sstream>
 
 #include "experiments/case/case.h"
+#include "experiments/case_reader/read_case.h"
 #include "tests/fuzz/case_promises.h"
 
 namespace {

@@ -12,7 +12,10 @@
 #include <iterator>
 #include <vector>
 
+#include "experiments/case_reader/case_from_results.h"
+#include "experiments/case_reader/read_case.h"
 #include "experiments/export/export.h"
+#include "experiments/responses/measure.h"
 #include "experiments/results/results_file.h"
 #include "experiments/run/run.h"
 #include "experiments/storage/hdf5_file.h"
@@ -50,7 +53,7 @@ void read_all(const Recording& recording, const std::string& folder) {
     for (const Series& series : recording.series_list()) recording.series(series.path);
   });
   fuzz::accepts([&] { recording.has_checkpoint(); });
-  fuzz::accepts([&] { recording.read_case(); });
+  fuzz::accepts([&] { read_case(recording); });
   fuzz::accepts([&] { measure(recording); });
   fuzz::accepts([&] { export_csv(recording, folder); });
   fuzz::accepts([&] { export_vtk(recording, folder); });

@@ -1,4 +1,5 @@
-// Pages in a real browser, where there is one.
+// The document of a page after its scripts have run, from headless Chromium. For pages without
+// interaction; tests/app/browser.h drives a browser by the WebDriver protocol.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -22,8 +23,8 @@ inline std::string output_of(const std::string& command) {
 
 inline bool has_browser() { return !output_of("command -v chromium").empty(); }
 
-// The document as it has become 10 s (of the browser's own time) after it was opened. The page must
-// not have complained.
+// The document 10 s of virtual time after it was opened. Fails the test if the page wrote to the
+// console.
 inline std::string document_of(const std::filesystem::path& page, const std::string& hash = "") {
   const std::string folder = page.parent_path().string(), log = folder + "/log";
   const std::string dom = output_of(

@@ -92,7 +92,7 @@ std::vector<std::string> values_of(const std::string& css, const std::string& va
   return all;
 }
 
-TEST(Colors, SeriesAreToldApartByEveryEye) {
+TEST(Colors, SeriesAreDistinctForEveryEye) {
   const std::string css = asset_text("page.css");
   for (const std::size_t theme : {0U, 1U}) {
     std::vector<std::string> series;

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "experiments/case_reader/read_case.h"
+#include "experiments/responses/measure.h"
 #include "experiments/results/results_file.h"
 #include "experiments/run/run.h"
 #include "tests/support/scratch_folder.h"

@@ -13,6 +13,7 @@
 #include "calibrate/calibrate.h"
 #include "calibrate/study/study_file.h"
 #include "experiments/batch/execution/executor.h"
+#include "experiments/case_reader/read_case.h"
 #include "tests/support/scratch_folder.h"
 
 namespace firn {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "experiments/case/case.h"
+#include "experiments/case_reader/read_case.h"
 #include "experiments/run/run.h"
 
 namespace firn::test {

@@ -12,7 +12,9 @@
 #include <stdexcept>
 #include <string>
 
+#include "experiments/case_reader/read_case.h"
 #include "experiments/export/export.h"
+#include "experiments/responses/measure.h"
 #include "experiments/results/contact_statistics_results.h"
 #include "experiments/results/results_file.h"
 #include "reports/documents/run_page.h"

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "experiments/case/case.h"
+#include "experiments/case_reader/read_case.h"
 
 namespace firn {
 

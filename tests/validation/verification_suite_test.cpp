@@ -49,7 +49,7 @@ INSTANTIATE_TEST_SUITE_P(Suite, VerificationLong, ::testing::ValuesIn(of_tier(Ti
                          test_name);
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(VerificationLong);
 
-TEST(VerificationCases, AreNamedOnceAndTellWhatTheyCompareWith) {
+TEST(VerificationCases, AreNamedOnceAndStateWhatTheyCompareWith) {
   const Cases cases = all_cases();
   for (std::size_t i = 0; i < cases.size(); ++i) {
     EXPECT_NE(cases[i].name.find('.'), std::string::npos) << cases[i].name;

@@ -170,7 +170,8 @@ std::vector<double> RunGroup::values(const std::string& text) const {
 
 namespace {
 
-// Of one kind, with runs as they are: neither where inputs come from nor what is assumed.
+// Fills the part of the comparison that depends on its kind. The provenance of inputs and the
+// assumptions are judged afterwards.
 void compare_replicates(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c) {
   switch (what.kind) {
     case ComparisonKind::value:
@@ -201,8 +202,9 @@ bool decided(ValidationVerdict v) {
   return v == ValidationVerdict::consistent || v == ValidationVerdict::inconsistent;
 }
 
-// Runs that fail have something in common, as a jam has: a statistic of the others is none of the
-// machine. Criteria count their missing runs themselves.
+// Makes a decided verdict inconclusive where too many runs are missing. Failed runs may have a
+// common cause, such as a jam: then the other runs are a biased sample. Criteria already include
+// their missing runs.
 void judge_missing_runs(const RunGroup& base, Comparison& c) {
   if (c.kind == ComparisonKind::criteria || !decided(c.verdict)) return;
   const std::size_t with_result = c.value ? c.value->samples.size() : base.finished().size();
@@ -213,7 +215,8 @@ void judge_missing_runs(const RunGroup& base, Comparison& c) {
   c.recommended_action = "why runs gave no result, or runs that give one";
 }
 
-// On which side of the rule each statement is: it holds in more than half of the runs.
+// For each statement: whether it holds in more than half of the runs or, for one that was observed
+// once, in any run.
 std::vector<bool> sides(const Comparison& c) {
   std::vector<bool> all;
   for (const CriterionResult& r : c.criteria)

@@ -1,4 +1,4 @@
-// What was said in words, and the numbers behind the words.
+// Compares qualitative observations (criteria) and distributions with the runs.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,12 +15,12 @@ namespace firn::comparison {
 namespace {
 
 constexpr double criterion_confidence = 0.9;  // 95 % on the side that the verdict depends on
-constexpr double half = 0.5;                  // of the values could be others: too few to say
+constexpr double half = 0.5;  // critical distance above which there are too few values
 
 ValidationVerdict judge_criterion(const CriterionResult& r) {
   if (r.runs == 0) return ValidationVerdict::inconclusive;
   if (r.criterion.observed_once_in > 0) {
-    // Seen in one trial at least of so many.
+    // Probability of the statement in at least one of `trials` trials.
     const double trials = r.criterion.observed_once_in;
     const auto seen = [&](double p) { return 1 - std::pow(1 - p, trials); };
     if (seen(r.probability.high) < improbable) return ValidationVerdict::inconsistent;
@@ -32,8 +32,8 @@ ValidationVerdict judge_criterion(const CriterionResult& r) {
   return ValidationVerdict::inconclusive;
 }
 
-// Each missing run may be one in which the statement holds, or one in which it does not: what they
-// have in common may be the reason for which they are missing.
+// Bounds of the probability that the statement holds. The statement may hold in all missing runs or
+// in none: the cause that removes a run may also decide the statement.
 Interval probability_of(const CriterionResult& r) {
   const int all = r.runs + r.missing;
   return {binomial_interval(r.holds, all, criterion_confidence).low,
@@ -51,7 +51,8 @@ double p_against(const CriterionResult& r) {
                           r.holds + r.missing);
 }
 
-// The fewest further runs that could settle the claim if they all come out as most have.
+// Smallest number of further runs that could decide the criterion, if each has the more frequent
+// outcome.
 int runs_to_settle(CriterionResult r) {
   if (r.runs == 0) return 1;
   const bool mostly = 2 * r.holds >= r.runs;
@@ -225,7 +226,7 @@ DistributionResult compare_distribution(const MeasuredData& data, const RunGroup
   return d;
 }
 
-// What the values leave open.
+// End of the headline: an outlier, too few values, or the smallest distance that would be found.
 std::string open_words(const DistributionResult& d) {
   if (d.apart)
     return fmt::format("; {} stands apart from all other values", rounded_text(*d.apart, d.unit));

@@ -36,7 +36,8 @@ UncertaintyComponent numerics_component(const std::string& name, const RunGroup*
   return part;
 }
 
-// The finest of several time steps, by the order of convergence where there is one.
+// Uncertainty by the time step. Of three time steps, it is estimated from the observed order of
+// convergence.
 UncertaintyComponent timestep_component(const ComparisonRuns& e, const std::string& operand) {
   if (e.timesteps.size() < 2)
     return numerics_component("time step", e.timestep, *e.numerics_base, operand);
@@ -54,7 +55,8 @@ UncertaintyComponent timestep_component(const ComparisonRuns& e, const std::stri
       fmt::format("{} and {}: {}", describe_setting(medium), describe_setting(*e.timestep), c.how)};
 }
 
-// An end of the range of what is assumed: uniform up to there on either side.
+// Uncertainty by an assumed input, from runs at an end of its range. A uniform distribution over
+// the range gives the factor 1/sqrt(3).
 UncertaintyComponent assumption_component(const ComparisonRuns::Other& other, const RunGroup& base,
                                           const std::string& operand) {
   UncertaintyComponent p = numerics_component(other.what->name, other.runs, base, operand);
@@ -73,7 +75,7 @@ UncertaintyComponent run_variability_component(const SampleStatistics& f) {
           static_cast<double>(f.count - 1)};
 }
 
-// What is left of the scatter over draws from the ensemble when that over seeds is taken out.
+// Standard deviation over draws from the posterior ensemble, less the variance over seeds.
 UncertaintyComponent input_component(const ComparisonRuns& e, const SampleStatistics& draws,
                                      const SampleStatistics& base) {
   if (e.input == nullptr)
@@ -104,7 +106,8 @@ void add_experiment(const Measurement& m, Noise& noise) {
   noise.add({m.systematic_uncertainty * m.systematic_uncertainty});
 }
 
-// Seeds and draws share the scatter of seeds; other parts stand for themselves.
+// Adds the uncertainty components. The scatter of seeds is part of the scatter of draws, and is
+// subtracted from it; all other components are independent.
 void add_simulation(const ValueComparison& v, const SampleStatistics& draws, Noise& noise) {
   const SampleStatistics& base = v.simulation;
   std::optional<std::size_t> seeds;
@@ -160,7 +163,7 @@ void judge_value(const SuiteComparison& what, Comparison& c) {
     c.headline += fmt::format(", too uncertain for a decision within {}",
                               rounded_text(*what.tolerance, v.unit));
   } else if (!what.tolerance && v.measured != 0 && expanded > std::abs(v.measured)) {
-    // Nothing would have been found, whatever was simulated.
+    // The comparison could not find a difference as large as the measured value.
     c.verdict = ValidationVerdict::inconclusive;
     c.headline += ", which is more than the measured value itself";
   } else {

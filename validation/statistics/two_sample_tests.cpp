@@ -20,8 +20,8 @@ namespace {
 
 constexpr double most_splits = 20000, level = 0.05;
 constexpr int random_splits = 1999;
-constexpr double alike = 0.25;  // below, dependence within runs counts as seen
-constexpr double beyond = 2;    // no distance: these reach 1
+constexpr double alike = 0.25;  // at smaller p, values of one run count as dependent
+constexpr double beyond = 2;    // larger than any distance, which is at most 1
 
 double splits(std::size_t a, std::size_t b) {
   double number = 1;
@@ -35,7 +35,8 @@ struct Pair {
 };
 using Labels = std::vector<char>;  // of the pooled values in order: 1 in a, 0 in b
 
-// Statistics of all ways to split, or of random ones with the observed one first.
+// Statistics of all ways to split the pooled values. Where these are too many: of the observed
+// split, then of random ones.
 std::vector<Pair> under_exchange(const Labels& observed, std::size_t a,
                                  const std::function<Pair(const Labels&)>& statistics) {
   std::vector<Pair> all;
@@ -58,7 +59,7 @@ std::vector<Pair> under_exchange(const Labels& observed, std::size_t a,
 
 double slack(double x) { return 1e-10 * std::abs(x) + 1e-300; }
 
-// Of sorted values, the share that is as large as x or larger.
+// Fraction of the sorted values that are at least x.
 double share_from(const std::vector<double>& sorted, double x) {
   const auto first = std::ranges::lower_bound(sorted, x - slack(x));
   return static_cast<double>(sorted.end() - first) / static_cast<double>(sorted.size());
@@ -99,7 +100,7 @@ struct Entry {
   bool in_a = false, passed = true;
 };
 
-// Smirnov's distance and the area between the distributions, of values in order.
+// Smirnov's distance, and the area between the cumulative distributions. `pooled` is in order.
 Pair distances_of(const std::vector<Entry>& pooled, const Labels& labels, double a, double b) {
   Pair p;
   double i = 0, j = 0;
@@ -115,7 +116,7 @@ Pair distances_of(const std::vector<Entry>& pooled, const Labels& labels, double
   return p;
 }
 
-// Distance of Kaplan and Meier's shares, and difference of the mean log-rank scores.
+// Largest difference of the Kaplan-Meier estimates, and difference of the mean log-rank scores.
 Pair open_distances_of(const std::vector<Entry>& pooled, const std::vector<double>& scores,
                        const Labels& labels, double a, double b) {
   Pair p;
@@ -205,7 +206,8 @@ bool are_alike(const ValuesByRun& runs) {
   return boost::math::cdf(boost::math::complement(f, s.between / s.within)) < alike;
 }
 
-// Noise of the mean of the experiment's `n` values, of one more run, less that of the runs'.
+// Noise of the difference of two means: that of the experiment's `n` values, as of one more run,
+// and that of the values of all runs.
 Noise noise_of_means(const Scatter& s, double n) {
   Noise noise;
   noise.estimates = {{s.between, s.between_freedom}, {s.within, s.within_freedom}};
@@ -214,13 +216,14 @@ Noise noise_of_means(const Scatter& s, double n) {
   return noise;
 }
 
-// Scores of the pooled values handed back to the runs and the experiment.
+// Scores of the pooled values, by run and for the experiment.
 struct Scores {
   ValuesByRun runs;
   std::vector<double> measured;
 };
 
-// By runs: the larger of the differences of means of several scores.
+// Compares the mean scores of the experiment with those of runs. Of several scores, the smallest
+// p counts, times their number (Bonferroni).
 void judge_by_runs(const std::vector<Scores>& scores, SampleTest& t) {
   double p = 1;
   for (const Scores& s : scores) {
@@ -232,7 +235,7 @@ void judge_by_runs(const std::vector<Scores>& scores, SampleTest& t) {
   t.p = t.distance_p = t.area_p = std::min(1.0, p * static_cast<double>(scores.size()));
 }
 
-// Mean ranks, 0 ... 1, of each of the pooled values in order.
+// Rank of each sorted value over their number; equal values share their mean rank.
 std::vector<double> ranks_of(const std::vector<double>& sorted) {
   std::vector<double> ranks(sorted.size());
   for (std::size_t k = 0; k < sorted.size();) {
@@ -275,8 +278,8 @@ Scores spread_of(Scores s) {
   return s;
 }
 
-// Twice the smallest significant difference of the mean ranks: half of the values moved beyond all
-// others change it by a quarter.
+// Twice the smallest significant difference of the mean ranks. Moving half of the values beyond
+// all others changes the mean rank by a quarter, and the distance by a half.
 double critical_by_runs(const Scores& ranks) {
   const Scatter s = scatter_of(ranks.runs);
   if (s.between_freedom < 2) return beyond;
@@ -284,8 +287,9 @@ double critical_by_runs(const Scores& ranks) {
                                   1 - level / 2);
 }
 
-// How far the watch reaches: to infinity when the last one was seen to pass.
-double reach(const CensoredTimes& t) {
+// Censoring time: the last time of a particle that did not pass. Infinite if a particle passed
+// at that time or later.
+double censoring_time(const CensoredTimes& t) {
   const auto last = [](const std::vector<double>& v) {
     return v.empty() ? -std::numeric_limits<double>::infinity() : *std::ranges::max_element(v);
   };
@@ -300,7 +304,7 @@ CensoredTimes cut(const CensoredTimes& t, double at) {
   return c;
 }
 
-// Of those that are not out: the farthest from their mean, in standard deviations.
+// The value farthest from the mean of the values that are not `out`, in standard deviations.
 struct Farthest {
   std::size_t index = 0;
   double deviate = -1;
@@ -317,7 +321,7 @@ Farthest farthest(const std::vector<double>& values, const std::vector<char>& ou
   return far;
 }
 
-// Indices of the values that the test finds, the farthest first.
+// Indices of the outliers, the farthest first (Rosner 1983).
 std::vector<std::size_t> outliers(const std::vector<double>& values, double significance) {
   const std::size_t n = values.size(), most = std::clamp<std::size_t>(n / 10, 1, 5);
   std::vector<char> out(n, 0);
@@ -396,7 +400,7 @@ SampleTest compare_open_times(const std::vector<CensoredTimes>& runs,
     simulated.passed.insert(simulated.passed.end(), run.passed.begin(), run.passed.end());
     simulated.inside.insert(simulated.inside.end(), run.inside.begin(), run.inside.end());
   }
-  const double end = std::min(reach(simulated), reach(measured));
+  const double end = std::min(censoring_time(simulated), censoring_time(measured));
   struct Owned : Entry {
     std::size_t run = 0;  // the last of them is the experiment
   };
@@ -408,7 +412,7 @@ SampleTest compare_open_times(const std::vector<CensoredTimes>& runs,
   };
   for (std::size_t r = 0; r < runs.size(); ++r) add(runs[r], r, true);
   add(measured, runs.size(), false);
-  // What passes at a time is seen to pass before the watch of others ends at that time.
+  // At equal times, events come before censored values (convention of Kaplan and Meier).
   std::ranges::stable_sort(owned, [](const Owned& p, const Owned& q) {
     return p.x != q.x ? p.x < q.x : p.passed && !q.passed;
   });

@@ -35,8 +35,8 @@ SampleTest exchange_test(const std::vector<double>& a, const std::vector<double>
 // the experiment counts as one run.
 SampleTest compare_samples(const ValuesByRun& runs, const std::vector<double>& measured);
 
-// The same for times of which some are only known to be longer. Both are cut where the shorter
-// watch ended. Compared are the shares that have passed and the log-rank scores.
+// The same for right-censored times. Both samples are cut at the earlier censoring time. Compared
+// are the fractions that have passed and the log-rank scores.
 SampleTest compare_open_times(const std::vector<CensoredTimes>& runs,
                               const CensoredTimes& measured);
 

@@ -193,7 +193,7 @@ ComparisonKind read_kind(const TomlTable& t) {
 
 void read_value(const TomlTable& t, SuiteComparison& c) {
   if (c.measurement.status == MeasurementStatus::qualitative)
-    t.fail("measurement", "is qualitative; expected one with a value, or the kind \"claims\"");
+    t.fail("measurement", "is qualitative; expected one with a value, or the kind \"criteria\"");
   c.responses = {current_response(t, "response", t.string("response", c.measurement.response))};
   c.calibrated_by_design = t.string("calibrated_by_design", "");
   if (!t.has("tolerance")) return;
@@ -260,7 +260,8 @@ SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
       break;
     case ComparisonKind::criteria:
       if (c.measurement.criteria.empty())
-        t.fail("measurement", "has no [[claims]]; expected a qualitative one that has");
+        t.fail("measurement",
+               "has no [[criteria]]; expected a qualitative measurement with criteria");
       for (const Criterion& criterion : c.measurement.criteria)
         t.at("measurement", [&] {
           return parse_response_expression(criterion.lhs), parse_response_expression(criterion.rhs);
@@ -328,6 +329,7 @@ Suite read_suite(const std::string& file) {
   suite.source = file;
   suite.text = read_input_file(file, "a suite file", input_limits::toml_bytes);
   TomlDocument document(suite.text, file, TomlFormat::suite);
+  require_kind(document, "suite");
   const TomlTable root = TomlTable::root(document);
   root.allow({"suite", "execution", "parameter_sets", "experiments", "chosen", "comparisons"});
   const TomlTable head = root.required_table("suite");

@@ -10,6 +10,7 @@
 #include "experiments/batch/execution/executor.h"
 #include "experiments/batch/execution/run_process.h"
 #include "experiments/batch/execution/running_job.h"
+#include "experiments/case_reader/read_case.h"
 #include "experiments/text/units.h"
 
 namespace firn {

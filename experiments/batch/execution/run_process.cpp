@@ -23,11 +23,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A run that is over its time is asked to save its state, and made to end when it does not.
+// A run beyond its time limit is asked to save its state. It is killed if it takes longer than
+// this.
 constexpr auto save_timeout = std::chrono::seconds(60);
 constexpr std::size_t probe_size = 1 << 20;  // bytes
 
-// Nothing for a run that has not come to its end, measured.
+// nullopt for a run that has not ended, or whose responses are not measured.
 std::optional<JobResult> outcome(const std::string& results) {
   if (has_saved_copy(results)) return std::nullopt;
   const Recording recording(results);
@@ -232,7 +233,7 @@ JobResult RunProcess::result(int status) const {
     try {
       if (const auto known = outcome(files_.results)) return *known;
     } catch (const InputError&) {
-      // It has left nothing that can be read: judged below.
+      // The results file cannot be read: the exit status decides below.
     }
   }
   if (exceeded_ == Exceeded::time)
@@ -241,18 +242,18 @@ JobResult RunProcess::result(int status) const {
   const std::string last = last_line_of_file(files_.log);
   const std::string killed =
       signal == 0 ? "" : fmt::format("killed by signal {} ({})", signal, strsignal(signal));
-  // A signal to the run alone ends no batch: the run has saved its state and is repeated from
-  // there.
+  // A signal to the run alone does not end the batch. The run has saved its state and is repeated
+  // from there.
   if (code == 130 && signal == 0)
     return {JobStatus::lost, "interrupted by a signal", {}, 0, simulated_time(job_)};
   if (signal == SIGKILL || signal == SIGTERM || signal == SIGHUP || signal == SIGINT)
     return {JobStatus::lost, killed, {}, 0, simulated_time(job_)};
-  // What follows is the run's own doing only if it could write and be started.
+  // A status below is a fault of the run only if its folder is writable.
   require_writable(job_.folder);
   if (signal == SIGXFSZ) throw WriteError(files_.results, EFBIG);
   if (code == 1) {
     if (const auto refused = write_error_in(last)) throw *refused;
-    // It could not write its last word either.
+    // An empty log: the message could not be written either.
     if (last.empty()) return {JobStatus::lost, "it ended without a message", {}};
   }
   if (code == 126 || code == 127)
@@ -261,11 +262,11 @@ JobResult RunProcess::result(int status) const {
         "command resumes",
         code));
   if (signal != 0) return {JobStatus::crashed, killed, {}};
-  if (code == 2 && resumed_) {  // what an earlier session left is of no use: from the start, then
+  if (code == 2 && resumed_) {  // the state of an earlier session is unusable: restart
     note(set_aside_line(files_.results, last));
     return {JobStatus::lost, last, {}};
   }
-  // Status 2 is an answer: the case cannot be run. Any other without results is a death.
+  // Status 2: the case cannot be run. Any other status without results is a crash.
   return {code == 2 ? JobStatus::failed : JobStatus::crashed,
           fmt::format("exit status {}: {}", code, last),
           {}};

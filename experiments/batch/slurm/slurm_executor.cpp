@@ -56,12 +56,12 @@ class SlurmExecutor final : public Executor {
       submit_missing(jobs, tasks, events);
       while (!tasks.empty() && !interrupted()) {
         wait(events);
-        look_at_queue();
+        query_queue();
         take_outcomes(tasks, events);
-        give_up_vanished(tasks, events);
+        mark_vanished_lost(tasks, events);
       }
     } catch (...) {
-      cancel();  // no caller waits for the tasks any more
+      cancel();  // the outcomes of the tasks are not used any more
       throw;
     }
     if (interrupted()) {
@@ -83,12 +83,13 @@ class SlurmExecutor final : public Executor {
 
   bool interrupted() const { return options_.interrupt != nullptr && options_.interrupt->load(); }
 
-  // Those of a session that ended early. One whose number is not known was either taken by Slurm
-  // just before the end, then it is found by its name, or it never arrived.
+  // Finds the arrays of an earlier session that ended early. If the journal has no job number of an
+  // array, the queue is searched for its name. An array that is not in the queue was never
+  // submitted.
   void find_earlier_arrays() {
     arrays_.clear();
     for (const Submission& s : journal_.submissions()) arrays_[s.name] = s;
-    look_at_queue();
+    query_queue();
     if (!answered_)
       throw RunError(fmt::format(
           "Slurm does not answer ({}), and may be at work on this study; the same command resumes "
@@ -109,7 +110,7 @@ class SlurmExecutor final : public Executor {
   }
 
   // States of all tasks of our arrays, by key. Throws RunError only when there is no squeue.
-  void look_at_queue() {
+  void query_queue() {
     answered_ = false;
     if (arrays_.empty()) {
       states_.clear();
@@ -122,7 +123,7 @@ class SlurmExecutor final : public Executor {
         run_command({"squeue", "--noheader", "--array", "--states=all",
                      fmt::format("--name={}", fmt::join(names, ",")), "--format=%j|%F|%K|%T"});
     if (r.status == 127) throw RunError("squeue: not found; is this a machine of a Slurm cluster?");
-    if (r.status != 0) {  // it does not answer just now: nothing is known, nothing is lost
+    if (r.status != 0) {  // no answer: the states of the last query stay
       trouble_ = last_line(r.err);
       return;
     }
@@ -261,7 +262,7 @@ class SlurmExecutor final : public Executor {
 
   // A task that has left the queue without an outcome, for longer than a shared folder takes to
   // show one, is lost: its node died, it was canceled, or its partition's time was up.
-  void give_up_vanished(Tasks& tasks, const JobEvents& events) {
+  void mark_vanished_lost(Tasks& tasks, const JobEvents& events) {
     if (!answered_) return;
     const auto now = Clock::now();
     for (auto item = tasks.begin(); item != tasks.end();) {
@@ -324,8 +325,8 @@ class SlurmExecutor final : public Executor {
   std::map<std::string, Submission> arrays_;    // by name; those that may be under way
   std::map<std::string, std::string> states_;   // by key, at the last query of the queue
   std::map<std::string, std::string> numbers_;  // of arrays in the queue, by name
-  bool answered_ = false;                       // by the queue, at the last query
-  std::string trouble_;                         // what it said instead
+  bool answered_ = false;                       // whether the last query succeeded
+  std::string trouble_;                         // error message of a failed query
 };
 
 }  // namespace

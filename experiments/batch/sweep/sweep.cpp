@@ -92,8 +92,7 @@ void carry_out(SweepResult& r, const SweepOptions& options) {
       {"sweep", "sweep " + r.sweep.name,
        static_cast<int>(r.sweep.combinations() * r.sweep.seeds.size()), r.sweep.execution.slurm},
       options);
-  const interruption::Advice advice(
-      fmt::format("everything finished is kept in {}: the same command resumes", r.directory));
+  const interruption::Advice advice(resume_hint(r.directory));
   Batch batch(folder.executor(), folder.journal(), folder.store(), folder.progress(),
               options.interrupt);
   std::vector<BatchRun> runs;

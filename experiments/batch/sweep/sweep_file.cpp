@@ -106,6 +106,7 @@ Sweep read_sweep(const std::string& file) {
   s.source = file;
   s.text = read_input_file(file, "a sweep file", input_limits::toml_bytes);
   TomlDocument document(s.text, file);
+  require_kind(document, "sweep");
   const TomlTable root = TomlTable::root(document);
   root.allow({"sweep", "vary", "execution"});
   const TomlTable head = root.required_table("sweep");

@@ -8,6 +8,7 @@
 #include "experiments/case_reader/model/materials.h"
 #include "experiments/case_reader/model/motion_frames.h"
 #include "experiments/case_reader/model/shapes.h"
+#include "experiments/meshes/mesh_repair.h"
 #include "experiments/meshes/wall_solids.h"
 #include "experiments/text/toml_names.h"
 
@@ -57,7 +58,11 @@ Boundary read_geometry(const TomlTable& t, const std::string& directory) {
     const double thickness = t.quantity("thickness", dimension::length, Sign::positive, "2 mm");
     b.kind = Boundary::Kind::solid;
     b.mesh = read_mesh(t, directory, kBoundaryMesh);
-    b.parts = t.at("file", [&] { return wall_solids(b.mesh, thickness); });
+    b.parts = t.at("file", [&] {
+      return with_repair_advice(b.mesh, MeshUse::boundary, t.string("file"),
+                                t.string("length_unit"),
+                                [&] { return wall_solids(b.mesh, thickness); });
+    });
   }
   b.origin = t.vector("position", dimension::length, "0 0 0 m");
   b.orientation = t.orientation("orientation");

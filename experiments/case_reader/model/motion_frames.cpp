@@ -27,7 +27,7 @@ constexpr Dimension kTurnDamping{2, 1, -1, -1};    // N m s/rad
 // Of what moves along an axis, or turns about it.
 struct AxisUnits {
   Dimension position, rate, load, stiffness, damping;
-  const char* zero_way;
+  const char* zero_position;
   const char* zero_load;
   const char* no_stiffness;
   const char* no_damping;
@@ -125,18 +125,18 @@ void take_csv(const TomlTable& t, const Dimension& position, Motion m) {
           .lexically_normal()
           .string();
   const std::string time_column = t.string("time_column", "time"),
-                    way_column = t.string("position_column", "way");
+                    position_column_name = t.string("position_column", "way");
   std::error_code unreadable;  // as a name that is too long
   if (!std::filesystem::is_regular_file(file, unreadable))
     t.fail("file", fmt::format("\"{}\" is not a file; expected a CSV file", file));
-  const MotionCsv table = read_motion_csv(file, time_column, way_column, position);
+  const MotionCsv table = read_motion_csv(file, time_column, position_column_name, position);
   m.times = table.times;
   m.positions = table.positions;
   if (const auto fault = fault_of(m)) {
     const bool of_times = fault->key == std::string_view("times");
     throw InputError(fmt::format("{}:{}: {}: {}", file,
                                  table.lines.empty() ? 1 : table.lines[fault->row],
-                                 of_times ? time_column : way_column, fault->what));
+                                 of_times ? time_column : position_column_name, fault->what));
   }
   t.set("file", file);
   t.set("times", texts_of(m.times, dimension::time));
@@ -145,11 +145,11 @@ void take_csv(const TomlTable& t, const Dimension& position, Motion m) {
 
 void read_motion_table(const TomlTable& t, const Dimension& position, Motion& m) {
   m.profile = Motion::Profile::table;
-  const auto asked_anew = [&](const char* key) {
+  const auto is_overridden = [&](const char* key) {
     return t.document().overridden(t.path() + "." + key);
   };
-  if (t.has("file") && (!t.has("times") || asked_anew("file") || asked_anew("time_column") ||
-                        asked_anew("position_column")))
+  if (t.has("file") && (!t.has("times") || is_overridden("file") || is_overridden("time_column") ||
+                        is_overridden("position_column")))
     take_csv(t, position, m);
   m.times = t.quantities("times", dimension::time);
   m.positions = t.quantities("positions", position);
@@ -200,7 +200,8 @@ Joint read_joint(const TomlTable& t) {
   const AxisUnits& units = units_of(turns);
   axis.direction = t.direction("direction");
   axis.stiffness = t.quantity("stiffness", units.stiffness, Sign::non_negative, units.no_stiffness);
-  axis.spring_reference = t.quantity("spring_reference", units.position, Sign::any, units.zero_way);
+  axis.spring_reference =
+      t.quantity("spring_reference", units.position, Sign::any, units.zero_position);
   axis.damping = t.quantity("damping", units.damping, Sign::non_negative, units.no_damping);
   axis.friction = t.quantity("friction", units.load, Sign::non_negative, units.zero_load);
   axis.lower = t.optional_quantity("lower", units.position, Sign::any).value_or(-kUnbounded);
@@ -236,7 +237,7 @@ TriangleMesh carried_mesh(const TomlTable& t, const Model& model, int frame) {
   TriangleMesh all;
   for (const Boundary& b : model.boundaries) {
     if (free_frame(model.frames, b.frame) != frame) continue;
-    if (!inspect(b.mesh).sound() || b.mesh.triangles.empty()) {
+    if (!inspect(b.mesh).is_valid() || b.mesh.triangles.empty()) {
       t.fail("", fmt::format("carries \"{}\", whose mesh is not closed, so that it has no mass; "
                              "expected mass, center and inertia",
                              b.name));
@@ -245,7 +246,7 @@ TriangleMesh carried_mesh(const TomlTable& t, const Model& model, int frame) {
       t.fail("",
              fmt::format("carries \"{}\", whose mesh bounds no solid: {}; expected mass, center "
                          "and inertia",
-                         b.name, found.sentence()));
+                         b.name, found.to_message()));
     }
     const int first = static_cast<int>(all.vertices.size());
     for (const Vec3& v : b.mesh.vertices) all.vertices.push_back(b.origin + b.orientation * v);

@@ -9,6 +9,7 @@
 
 #include "experiments/case_reader/model/materials.h"
 #include "experiments/meshes/length_unit.h"
+#include "experiments/meshes/mesh_repair.h"
 #include "experiments/text/toml_names.h"
 
 namespace firn {
@@ -37,10 +38,11 @@ template <class Make>
 Shape made_at(const TomlTable& t, std::string_view key, Make make) {
   try {
     return make();
+  } catch (const RoundingError& e) {
+    return t.at(t.has("rounding") ? "rounding" : key,
+                [&]() -> Shape { throw InputError(e.what()); });
   } catch (const InputError& e) {
-    const bool rounding = t.has("rounding") && std::string_view(e.what()).starts_with(
-                                                   "nothing is left of a convex part rounded by");
-    return t.at(rounding ? "rounding" : key, [&]() -> Shape { throw InputError(e.what()); });
+    return t.at(key, [&]() -> Shape { throw InputError(e.what()); });
   }
 }
 
@@ -171,7 +173,10 @@ class ShapeReader {
         fmt::format("mesh {} {} {} {}", t.string("file"), t.string("sha256"),
                     t.string("length_unit"), options_text(o));
     return made_at(t, "file", [&] {
-      return latest_or_made(description, [&] { return make_mesh(triangles, o); });
+      return latest_or_made(description, [&] {
+        return with_repair_advice(triangles, MeshUse::particle, t.string("file"),
+                                  t.string("length_unit"), [&] { return make_mesh(triangles, o); });
+      });
     });
   }
 

@@ -151,8 +151,11 @@ std::vector<PlannedBond> bonds_at_contacts(const TomlTable& t, const Case& c) {
 
 bool at_contacts(const TomlTable& t) {
   constexpr std::array<std::string_view, 4> kWays = {"inlet", "pairs", "tags", "contacts"};
-  if (std::ranges::count_if(kWays, [&](std::string_view key) { return t.has(key); }) != 1)
-    t.fail("", "says not once who is joined; expected one of inlet, pairs, tags and contacts");
+  const auto given = std::ranges::count_if(kWays, [&](std::string_view key) { return t.has(key); });
+  if (given != 1)
+    t.fail("", fmt::format("has {} keys that select the bodies; expected exactly one of inlet, "
+                           "pairs, tags, contacts",
+                           given));
   if (!t.has("contacts")) return false;
   if (!t.boolean("contacts", true)) t.fail("contacts", "is false; expected true, or no such key");
   for (const char* key : {"position", "height_direction", "mold", "width", "height"})

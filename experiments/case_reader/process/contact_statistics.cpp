@@ -21,7 +21,7 @@ TriangleMesh read_edge(const TomlTable& t, const TriangleMesh& mesh) {
   if (area / (0.433 * *edge * *edge) > kMost)
     t.fail("edge", fmt::format("is {:.4g} m, which makes more than {} triangles; expected more",
                                *edge, kMost));
-  return refined(mesh, *edge);
+  return subdivided(mesh, *edge);
 }
 
 double read_wear_rate(const TomlTable& t) {

@@ -139,17 +139,17 @@ void read_curve(const TomlTable& t, const Model& model, double frame_interval, M
   if (t.has("boundary")) {
     m.boundary = t.string("boundary");
     boundary_index(t, "boundary", m.boundary, model.boundaries);
-    if (t.has("axis")) t.fail("axis", "goes with motion_frame; expected it left out");
+    if (t.has("axis")) t.fail("axis", "is given without motion_frame; expected no axis");
     m.x = t.choice("x", {"time", "displacement"}, "time");
     m.y = t.choice("y", {"force", "torque", "peak_normal_force"});
   } else if (t.has("boundary_contact")) {
     m.contact = contact_index(t, model);
-    if (t.has("axis")) t.fail("axis", "goes with motion_frame; expected it left out");
+    if (t.has("axis")) t.fail("axis", "is given without motion_frame; expected no axis");
     m.x = t.choice("x", {"time"}, "time");
     m.y = t.choice("y", {"force", "peak_normal_force"});
   } else if (t.has("coupling")) {
     m.coupling = coupling_index(t, model);
-    if (t.has("axis")) t.fail("axis", "goes with motion_frame; expected it left out");
+    if (t.has("axis")) t.fail("axis", "is given without motion_frame; expected no axis");
     m.x = t.choice("x", {"time"}, "time");
     m.y = t.choice("y", {"force", "torque"});
   } else {
@@ -157,7 +157,11 @@ void read_curve(const TomlTable& t, const Model& model, double frame_interval, M
     m.axis = t.integer("axis", 0, 0);
     const std::optional<FreeBody>& free = model.frames[static_cast<std::size_t>(m.frame)].free;
     if (!free || m.axis >= static_cast<int>(free->joints.size()))
-      t.fail("axis", "is none of a free motion frame; expected one");
+      t.fail("axis",
+             fmt::format("is {}, and motion frame \"{}\" has {} joints; expected the index of "
+                         "a joint of a free motion frame",
+                         m.axis, model.frames[static_cast<std::size_t>(m.frame)].name,
+                         free ? free->joints.size() : 0));
     m.x = t.choice("x", {"time", "coordinate"}, "time");
     m.y = t.choice("y",
                    {"coordinate", "rate", "acceleration", "motor_load", "force", "reaction_force"});

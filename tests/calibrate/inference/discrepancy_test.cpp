@@ -168,7 +168,7 @@ TEST(Discrepancy, ARepeatedMeasurementDoesNotReduceIt) {
               std::sqrt((b * b + u * u / 2) / (b * b + u * u)), 0.02);
 }
 
-TEST(Discrepancy, IsToldWhatIsWrongWithIt) {
+TEST(Discrepancy, ReportsWhatIsWrongWithIt) {
   const Folder folder("discrepancy-wrong");
   const auto message = [&](const std::string& more) { return folder.study_error(p_study(more)); };
   const std::string target =
@@ -184,8 +184,8 @@ TEST(Discrepancy, IsToldWhatIsWrongWithIt) {
       {"discrepancy = \"-1 deg\"\n", "discrepancy: -1 is not above 0"},
       {"discrepancy = true\n", "discrepancy"},
       {"[[observe]]\nresponse = \"y\"\ndiscrepancy = \"1 deg\"\n",
-       "study.toml:20: observe.0.discrepancy: stands without an uncertainty; expected one of a "
-       "measurement"},
+       "study.toml:20: observe.0.discrepancy: is given without an uncertainty; expected the "
+       "uncertainty of a possible measurement"},
       {"[[observe]]\nresponse = \"y\"\nuncertainty = \"1 deg\"\ndiscrepancy = \"1 mm\"\n",
        "discrepancy: has the unit \"mm\"; expected \"deg\""},
   };

@@ -53,7 +53,7 @@ TEST_F(LocalExecutorTest, BadInputIsAFailureWithTheLastLineOfTheLog) {
   EXPECT_EQ(results.at("job0").reason, "exit status 2: case.toml:3: a.b: wrong");
 }
 
-TEST_F(LocalExecutorTest, ACrashTakesNobodyAlong) {
+TEST_F(LocalExecutorTest, ACrashAffectsNoOtherRun) {
   const auto results = run("case $2 in *job1.toml) kill -SEGV $$;; esac; exit 2\n", 3);
   EXPECT_EQ(results.at("job1").status, JobStatus::crashed);
   EXPECT_NE(results.at("job1").reason.find("signal 11"), std::string::npos);
@@ -82,7 +82,7 @@ TEST_F(LocalExecutorTest, WhatIsNotTheRunsFaultIsNoOutcome) {
   EXPECT_THAT(trouble, testing::ThrowsMessage<RunError>(testing::HasSubstr("cannot write")));
 }
 
-TEST_F(LocalExecutorTest, ARunOverItsTimeIsToldToSaveAndIsTimedOut) {
+TEST_F(LocalExecutorTest, ARunOverItsTimeIsAskedToSaveAndIsTimedOut) {
   limits_.time = 0.3;
   const auto r =
       run("trap 'echo saved > \"$4.saved\"; exit 130' INT; sleep 20 & wait\n", 1).at("job0");

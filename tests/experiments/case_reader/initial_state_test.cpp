@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "experiments/case_reader/read_case.h"
 #include "experiments/results/results_file.h"
 #include "experiments/run/run.h"
 #include "tests/support/results_folder.h"

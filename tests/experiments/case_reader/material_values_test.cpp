@@ -7,6 +7,7 @@
 
 #include <functional>
 
+#include "experiments/case_reader/read_case.h"
 #include "experiments/material_records/material_database.h"
 #include "firn/contact_model.h"
 #include "tests/support/sample_records.h"
@@ -186,7 +187,7 @@ TEST_F(MaterialApplication, AHashPinsTheContent) {
               HasSubstr("has the hash " + hash));
 }
 
-TEST_F(MaterialApplication, WhatDoesNotFitIsTold) {
+TEST_F(MaterialApplication, WhatDoesNotFitIsReported) {
   EXPECT_THAT(
       refusal([&] { read(case_text("", restitution), {"ice-polyethylene-friction-2023"}); }),
       HasSubstr("holds no value for a case whose materials are ice, steel"));
@@ -204,7 +205,7 @@ TEST_F(MaterialApplication, WhatDoesNotFitIsTold) {
 }
 
 // Keys about materials that the case does not have are reported, not silently ignored.
-TEST_F(MaterialApplication, KeysWithoutAPlaceAreTold) {
+TEST_F(MaterialApplication, KeysWithoutAPlaceAreReported) {
   const std::string laws =
       "[interactions.ice-steel]\nstatic_friction = 0.1\nrestitution = 0.4\n"
       "[interactions.ice-ice]\nrestitution = 0.4\n";
@@ -217,7 +218,7 @@ TEST_F(MaterialApplication, KeysWithoutAPlaceAreTold) {
 }
 
 // Two materials that never meet need no law of contact: some of its numbers are none.
-TEST_F(MaterialApplication, NumbersOfAPairThatTheCaseHasNoLawForAreTold) {
+TEST_F(MaterialApplication, NumbersOfAPairThatTheCaseHasNoLawForAreReported) {
   const auto text = [](const std::string& head) {
     std::string all = case_text(head,
                                 "[interactions.ice-plastic]\nstatic_friction = 0.1\n"

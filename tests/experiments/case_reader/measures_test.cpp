@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "experiments/case_reader/read_case.h"
 #include "tests/support/bench_run.h"
 #include "tests/support/scratch_folder.h"
 

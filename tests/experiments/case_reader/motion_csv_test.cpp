@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "experiments/case/case.h"
+#include "experiments/case_reader/read_case.h"
 #include "tests/support/results_folder.h"
 
 namespace firn {

@@ -1,3 +1,5 @@
+#include "experiments/case_reader/read_case.h"
+
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -298,7 +300,14 @@ TEST(Case, SuggestionsNameTheLikelyKey) {
   EXPECT_EQ(nearest("mesh", mesh), "file");
   EXPECT_EQ(nearest("mu", keys), "static_friction");
   EXPECT_EQ(nearest("cor", keys), "restitution");
-  EXPECT_EQ(nearest("mu", mesh), "mass");  // where the key that means it is none of the table
+  // Where the key that means it is none of the table, and words without anything in common.
+  for (const char* word : {"mu", "budget", "", "x"}) EXPECT_EQ(nearest(word, mesh), std::nullopt);
+  EXPECT_EQ(suggestion("budget", mesh), "expected one of kind, material, mass, file, length_unit");
+  EXPECT_EQ(suggestion("mas", mesh), "the nearest known one is \"mass\"");
+  EXPECT_EQ(suggestion("budget", std::vector<std::string_view>(50, "key")).substr(0, 26),
+            "expected one of key, key, ");
+  EXPECT_THAT(suggestion("budget", std::vector<std::string_view>(50, "key")),
+              testing::EndsWith(", key, ..."));
 }
 
 TEST(Case, MeshesAreFoundByContent) {
@@ -485,6 +494,9 @@ TEST(Case, UnknownReferencesAreNamed) {
       {"[interactions.plastic-ice]", "[interactions.plastik-ice]",
        "c.toml:19: interactions.plastik-ice: joins no two known materials; the nearest pair is "
        "\"plastic-ice\""},
+      {"[interactions.plastic-ice]", "[interactions.rubber]",
+       "c.toml:19: interactions.rubber: joins no two known materials; expected two materials of "
+       "the case, joined by a dash"},
       {"[interactions.plastic-ice]", "[interactions.plastic-plastic]",
        "c.toml:14: interactions: shape \"cube\" can meet boundary \"floor\", but nothing is said "
        "about \"ice-plastic\"; expected a table [interactions.ice-plastic]"},

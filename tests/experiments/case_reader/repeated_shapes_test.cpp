@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "experiments/case/case.h"
+#include "experiments/case_reader/read_case.h"
 #include "tests/support/scratch_folder.h"
 
 namespace firn {

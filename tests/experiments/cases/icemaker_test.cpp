@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "experiments/case/case.h"
+#include "experiments/case_reader/read_case.h"
 #include "firn/solver.h"
 
 namespace firn {
@@ -59,7 +60,7 @@ void run_until(Solver& solver, double time) {
 TEST(Icemaker, IsClosedAndHoldsItsCrescents) {
   const Case c = icemaker(kFrozen);
   for (const Boundary& b : c.model.boundaries) {
-    EXPECT_TRUE(inspect(b.mesh).sound()) << b.name << ": " << inspect(b.mesh).sentence();
+    EXPECT_TRUE(inspect(b.mesh).is_valid()) << b.name << ": " << inspect(b.mesh).to_message();
   }
   Solver solver(c.model);
   for (const Case::InitialParticle& p : c.placed) {

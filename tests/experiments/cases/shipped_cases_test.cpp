@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "experiments/case_reader/read_case.h"
 #include "experiments/measurements/measurement.h"
 #include "experiments/results/results_file.h"
 #include "experiments/run/driver.h"

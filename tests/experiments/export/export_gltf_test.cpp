@@ -8,6 +8,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "experiments/case_reader/read_case.h"
 #include "experiments/export/export.h"
 #include "experiments/run/run.h"
 #include "experiments/system/process.h"

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "experiments/case_reader/read_case.h"
 #include "tests/support/results_folder.h"
 
 namespace firn {

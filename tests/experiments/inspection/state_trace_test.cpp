@@ -49,7 +49,7 @@ TEST_F(StateTrace, EqualRunsAreEqual) {
   EXPECT_EQ(d.only_first + d.only_second, 0u);
 }
 
-TEST_F(StateTrace, TellsStepGroupAndBody) {
+TEST_F(StateTrace, NamesStepGroupAndBody) {
   TraceOptions numbers;
   numbers.numbers_from = 28;
   numbers.numbers_to = 32;
@@ -77,7 +77,7 @@ TEST_F(StateTrace, SeesTheLastBitOfOneNumber) {
               testing::StartsWith("particle 1: velocity_z -0.5 against -0.4999999999999999"));
 }
 
-TEST_F(StateTrace, WithoutNumbersItTellsTheStepAlone) {
+TEST_F(StateTrace, WithoutNumbersItNamesTheStepAlone) {
   const TraceDifference d = compare_traces(trace("a", {}), trace("b", {}, -0.5, 30), 10);
   EXPECT_EQ(d.step, 30u);
   EXPECT_FALSE(d.has_numbers);

@@ -117,8 +117,8 @@ std::vector<Maker> makers() {
 TEST(MachineParts, MeshesAreClosedAndFaceOutwards) {
   for (const Maker& maker : makers()) {
     const Solid solid = maker.make();
-    EXPECT_TRUE(inspect(solid.mesh).sound())
-        << maker.name << ": " << inspect(solid.mesh).sentence();
+    EXPECT_TRUE(inspect(solid.mesh).is_valid())
+        << maker.name << ": " << inspect(solid.mesh).to_message();
     EXPECT_GT(volume(solid), 0) << maker.name;
   }
 }

@@ -222,7 +222,7 @@ TEST(MaterialDatabaseStress, AKilledWriterLosesNothingThatItConfirmed) {
 }
 
 // A limit on the size of files stands for a disk that is full.
-TEST(MaterialDatabase, AFullDiskIsToldAndLosesNothing) {
+TEST(MaterialDatabase, AFullDiskIsReportedAndLosesNothing) {
   const ScratchFolder folder("full");
   MaterialDatabase(folder / "m.db", Access::write).add({published_record()});
   const pid_t pid = in_process([&] {
@@ -295,7 +295,7 @@ TEST(MaterialDatabase, ANewerSchemaIsRefused) {
                 HasSubstr("its schema is of version 99, of a newer Firn; this one reads up to 1"));
 }
 
-TEST(SqliteFile, MigrationsAreTakenInOrderOnceByWhoeverComesFirst) {
+TEST(SqliteFile, MigrationsAreTakenInOrderOnceByTheFirstProcess) {
   const ScratchFolder folder("migrate");
   const char* const first[] = {"CREATE TABLE t (a INTEGER); INSERT INTO t VALUES (1), (2)"};
   const char* const both[] = {first[0],

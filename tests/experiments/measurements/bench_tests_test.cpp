@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "experiments/case_reader/read_case.h"
 #include "experiments/measurements/measurement.h"
 #include "tests/support/bench_run.h"
 

@@ -87,7 +87,7 @@ TEST_F(StlFile, BinaryComesBackInSinglePrecision) {
   const TriangleMesh read = read_stl(file, 1e-3);
   ASSERT_EQ(read.triangles.size(), mesh.triangles.size());
   ASSERT_EQ(read.vertices.size(), mesh.vertices.size());
-  EXPECT_TRUE(inspect(read).sound());
+  EXPECT_TRUE(inspect(read).is_valid());
   const double volume = mass_properties(mesh).volume;
   EXPECT_NEAR(mass_properties(read).volume, volume, 1e-6 * volume);
   EXPECT_EQ(get().size(), 84 + 50 * mesh.triangles.size());
@@ -121,9 +121,11 @@ TEST_F(StlFile, BinaryTitleMayBeginWithSolid) {
 
 TEST_F(StlFile, LengthIsThatOfTheCount) {
   spoil([](std::string& bytes) { bytes += "made by a tool"; });
-  EXPECT_THAT(refusal(), HasSubstr("promises 68 triangles and holds 68 in 3498 bytes"));
+  EXPECT_THAT(refusal(),
+              HasSubstr("header states 68 triangles and the file holds 68 in 3498 bytes"));
   spoil([](std::string& bytes) { bytes[80] = 34; });  // half of the triangles
-  EXPECT_THAT(refusal(), HasSubstr("promises 34 triangles and holds 68 in 3484 bytes"));
+  EXPECT_THAT(refusal(),
+              HasSubstr("header states 34 triangles and the file holds 68 in 3484 bytes"));
 }
 
 TEST_F(StlFile, ByteOrderMarkIsSkipped) {
@@ -189,12 +191,12 @@ TEST_F(StlFile, SizesThatSuggestAnotherUnitAreRefused) {
 
 TEST_F(StlFile, TruncatedBinaryIsRefused) {
   spoil([](std::string& bytes) { bytes.resize(bytes.size() - 1); });
-  EXPECT_THAT(refusal(), HasSubstr("promises 68 triangles and holds 67"));
+  EXPECT_THAT(refusal(), HasSubstr("header states 68 triangles and the file holds 67"));
 }
 
 TEST_F(StlFile, ImpossibleCountIsRefused) {
   spoil([](std::string& bytes) { bytes.replace(80, 4, "\xff\xff\xff\xff"); });
-  EXPECT_THAT(refusal(), HasSubstr("promises 4294967295 triangles and holds 68"));
+  EXPECT_THAT(refusal(), HasSubstr("header states 4294967295 triangles and the file holds 68"));
 }
 
 TEST_F(StlFile, NoTrianglesAreRefused) {

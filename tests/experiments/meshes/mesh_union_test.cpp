@@ -73,8 +73,8 @@ Box random_box(Dice& dice, double size) {
 
 void expect_union(const TriangleMesh& mesh, double volume, const char* what) {
   const TriangleMesh united = unite(mesh);
-  EXPECT_TRUE(inspect(united).sound()) << what << ": " << inspect(united).sentence();
-  EXPECT_TRUE(find_conflicts(united).none()) << what << ": " << find_conflicts(united).sentence();
+  EXPECT_TRUE(inspect(united).is_valid()) << what << ": " << inspect(united).to_message();
+  EXPECT_TRUE(find_conflicts(united).none()) << what << ": " << find_conflicts(united).to_message();
   EXPECT_NEAR(mass_properties(united).volume, volume, 3e-6 * volume) << what;
 }
 

@@ -59,7 +59,7 @@ class ObjFile : public ResultsFolder {
 
 TEST_F(ObjFile, GivesASoundSolidInMeters) {
   const TriangleMesh mesh = read(kBox);
-  EXPECT_TRUE(inspect(mesh).sound()) << inspect(mesh).sentence();
+  EXPECT_TRUE(inspect(mesh).is_valid()) << inspect(mesh).to_message();
   EXPECT_EQ(mesh.triangles.size(), 12u);
   EXPECT_EQ(mesh.vertices.size(), 8u);
   EXPECT_NEAR(mass_properties(mesh).volume, 6e-9, 1e-18);
@@ -110,7 +110,7 @@ TEST(MeshRepair, FillsAHole) {
   const MeshRepair r = repair(mesh);
   EXPECT_EQ(r.disconnected_edges, 3);
   EXPECT_EQ(r.added, 1);
-  EXPECT_TRUE(r.is_repairable()) << r.left.sentence();
+  EXPECT_TRUE(r.is_repairable()) << r.left.to_message();
   EXPECT_NEAR(mass_properties(r.mesh).volume, 6, 1e-5);
   EXPECT_THAT(r.sentence(), HasSubstr("fills holes with 1 facet, "));
   EXPECT_THAT(r.sentence(), HasSubstr("; then it is closed"));
@@ -124,7 +124,7 @@ TEST(MeshRepair, TurnsFacetsRoundAndDropsThoseWithoutArea) {
   const MeshRepair r = repair(mesh);
   EXPECT_EQ(r.reversed, 1);
   EXPECT_EQ(r.degenerate, 1);
-  EXPECT_TRUE(r.is_repairable()) << r.left.sentence();
+  EXPECT_TRUE(r.is_repairable()) << r.left.to_message();
   EXPECT_NEAR(mass_properties(r.mesh).volume, 6, 1e-5);
   // All of them: what is left has the right side out.
   for (auto& t : mesh.triangles) std::swap(t[0], t[1]);

@@ -249,7 +249,7 @@ TEST(BoundaryMesh, ClosedConcaveMeshIsAShell) {
   for (const auto& [a, b] : {std::pair{4, 5}, {5, 7}, {7, 6}, {6, 4}}) {
     mesh.triangles.push_back({a, b, middle});
   }
-  ASSERT_TRUE(inspect(mesh).sound()) << inspect(mesh).sentence();
+  ASSERT_TRUE(inspect(mesh).is_valid()) << inspect(mesh).to_message();
   const auto parts = wall_solids(mesh, 0.1);
   EXPECT_EQ(parts.size(), 9u);  // five sides, and the lid
   for (const auto& part : parts) EXPECT_GE(part.internal_normals.size(), 3u);
@@ -263,7 +263,7 @@ TEST(BoundaryMesh, RefusesNeighborsThatFaceOppositeWays) {
 
 TEST(BoundaryMesh, BoxFacesOutwards) {
   const TriangleMesh box = box_mesh({1, 2, 3});
-  EXPECT_TRUE(inspect(box).sound());
+  EXPECT_TRUE(inspect(box).is_valid());
   EXPECT_NEAR(mass_properties(box).volume, 6, 1e-12);
 }
 

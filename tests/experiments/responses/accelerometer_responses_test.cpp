@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "experiments/analysis/channel_filter.h"
+#include "experiments/case_reader/read_case.h"
 #include "tests/support/results_folder.h"
 
 namespace firn {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "experiments/analysis/line_fit.h"
+#include "experiments/case_reader/read_case.h"
 #include "tests/support/bench_run.h"
 
 namespace firn {

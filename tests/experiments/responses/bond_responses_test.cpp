@@ -9,6 +9,7 @@
 #include <random>
 
 #include "experiments/case_reader/process/sintering.h"
+#include "experiments/case_reader/read_case.h"
 #include "experiments/export/export.h"
 #include "experiments/inspection/contact_inspection.h"
 #include "experiments/results/bond_results.h"
@@ -126,7 +127,8 @@ tag = 9
   EXPECT_THAT(complaint(bodies + head + "tags = [[7, 8]]" + kBridge), HasSubstr("exactly one"));
   EXPECT_THAT(complaint(bodies + head + "pairs = [[0, 0]]" + kBridge), HasSubstr("with itself"));
   EXPECT_THAT(complaint(bodies + head + "pairs = [0, 1]" + kBridge), HasSubstr("pairs of whole"));
-  EXPECT_THAT(complaint(bodies + head + kBridge), HasSubstr("expected one of inlet, pairs"));
+  EXPECT_THAT(complaint(bodies + head + kBridge),
+              HasSubstr("expected exactly one of inlet, pairs"));
 }
 
 // What an audit adds up is what moves the bodies.
@@ -157,7 +159,7 @@ pairs = [[0, 1]]
   }
 }
 
-TEST(BondCase, MistakesAreToldInOneLine) {
+TEST(BondCase, MistakesAreReportedInOneLine) {
   EXPECT_THAT(complaint(joined("inlet = \"mould\"")), HasSubstr("is not an inlet"));
   EXPECT_THAT(complaint(joined("inlet = \"mold\"\nposition = \"0 0 40 mm\"")),
               HasSubstr("mm off particle 0; expected neighbors"));

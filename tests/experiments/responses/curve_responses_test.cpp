@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "experiments/case_reader/read_case.h"
 #include "tests/support/results_folder.h"
 
 namespace firn {
@@ -143,7 +144,8 @@ TEST_F(Curves, AreRefusedInOneLine) {
   EXPECT_THAT(complaint("measure.press.motion_frame", "cup"), HasSubstr("expected one of them"));
   EXPECT_THAT(complaint("measure.press.y", "motor_load"), HasSubstr("motor_load"));
   EXPECT_THAT(complaint("measure.press.points", "1"), HasSubstr("points"));
-  EXPECT_THAT(complaint("measure.spring.axis", "1"), HasSubstr("is none of a free motion frame"));
+  EXPECT_THAT(complaint("measure.spring.axis", "1"),
+              HasSubstr("expected the index of a joint of a free motion frame"));
   EXPECT_THAT(complaint("measure.spring.cfc", "1000 Hz"), HasSubstr("needs a sample every"));
   EXPECT_THAT(complaint("measure.late.stage", "after"), HasSubstr("\"after\" is not a stage"));
   EXPECT_THAT(complaint("measure.late.motion_frame", "cup"), HasSubstr("expected one of them"));

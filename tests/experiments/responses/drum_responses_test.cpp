@@ -2,9 +2,12 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "experiments/analysis/line_fit.h"
+#include "experiments/case_reader/read_case.h"
 #include "tests/support/bench_run.h"
 
 namespace firn {
@@ -67,10 +70,33 @@ TEST(DrumResponses, FindTheSlopeOfAFlatBed) {
   }
 }
 
-TEST(DrumResponses, NeedTenFrames) {
-  EXPECT_THROW(
-      run_case(read_case_text(bed(0, 0.03), "drum.toml", ".", {{"measure.0.begin", "5 ms"}})),
-      InputError);
+TEST(DrumResponses, AreUndefinedForFewerThanTenFrames) {
+  const BenchRun r =
+      run_case(read_case_text(bed(0, 0.03), "drum.toml", ".", {{"measure.0.begin", "4.5 ms"}}));
+  for (const char* name : {"drum_angle", "drum_mass_angle", "drum_angle_scatter"}) {
+    EXPECT_TRUE(std::isnan(r.value(name))) << name;
+    EXPECT_TRUE(r[name].method.ends_with("undefined: 8 frames from 0.0045 s on, fewer than 10"))
+        << r[name].method;
+  }
+}
+
+// A run that was interrupted before the measure begins.
+TEST(DrumResponses, AreUndefinedInAnInterruptedRun) {
+  const test::ScratchFolder folder("interrupted_drum");
+  std::atomic<bool> interrupt = false;
+  int steps_left = 100;  // 2 ms of 12 ms
+  RunOptions options;
+  options.results_file = folder / "run.h5";
+  options.interrupt = &interrupt;
+  options.each_step = [&](const Solver&, bool) { interrupt = --steps_left < 0; };
+  const Case c = read_case_text(bed(0, 0.03), "drum.toml", ".", {{"measure.0.begin", "5 ms"}});
+  ASSERT_EQ(run(c, options).status, RunStatus::interrupted);
+  const std::vector<Response> responses = measure(Recording(options.results_file));
+  const auto angle = std::ranges::find(responses, "drum_angle", &Response::name);
+  ASSERT_NE(angle, responses.end());
+  EXPECT_TRUE(std::isnan(angle->value.at(0)));
+  EXPECT_TRUE(angle->method.ends_with("undefined: 0 frames from 0.005 s on, fewer than 10"))
+      << angle->method;
 }
 
 // Spheres move one behind the other, 10 ms apart. The mass flow is the mass of one over that time.

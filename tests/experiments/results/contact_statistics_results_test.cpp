@@ -11,7 +11,9 @@
 #include <fstream>
 #include <map>
 
+#include "experiments/case_reader/read_case.h"
 #include "experiments/export/export.h"
+#include "experiments/responses/measure.h"
 #include "experiments/run/run.h"
 #include "tests/support/results_folder.h"
 #include "tests/support/tray_case.h"

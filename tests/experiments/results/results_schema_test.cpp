@@ -11,6 +11,7 @@
 #include <random>
 #include <set>
 
+#include "experiments/case_reader/case_from_results.h"
 #include "experiments/results/checkpoint.h"
 #include "experiments/results/contact_statistics_results.h"
 #include "experiments/results/results_file.h"
@@ -57,7 +58,7 @@ class ResultsSchema : public ResultsFolder {
   static std::string error_of(const std::string& file) {
     try {
       const Recording recording(file);
-      recording.read_case();
+      read_case(recording);
       return "";
     } catch (const InputError& e) {
       return e.what();

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "experiments/case_reader/read_case.h"
 #include "experiments/responses/load_responses.h"
 #include "experiments/results/results_file.h"
 #include "experiments/run/run.h"

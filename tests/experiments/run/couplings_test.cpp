@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "experiments/case_reader/read_case.h"
 #include "experiments/responses/curve_responses.h"
 #include "experiments/responses/load_responses.h"
 #include "experiments/results/results_file.h"

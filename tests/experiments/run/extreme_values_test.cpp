@@ -7,6 +7,7 @@
 #include <random>
 #include <sstream>
 
+#include "experiments/case_reader/read_case.h"
 #include "experiments/results/results_file.h"
 #include "experiments/run/run.h"
 #include "experiments/text/toml_document.h"

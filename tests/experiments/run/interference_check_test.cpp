@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "experiments/case_reader/read_case.h"
 #include "experiments/run/run.h"
 #include "tests/support/results_folder.h"
 

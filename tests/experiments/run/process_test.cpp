@@ -8,6 +8,7 @@
 #include <fstream>
 #include <numeric>
 
+#include "experiments/case_reader/read_case.h"
 #include "experiments/results/results_file.h"
 #include "experiments/run/run.h"
 #include "experiments/storage/hdf5_file.h"
@@ -181,7 +182,7 @@ std::string complaint(const std::string& text, const std::vector<Override>& over
 }
 
 // A closed outlet is a result: the run ends in time, and says how far it came.
-TEST_F(SceneTest, WaitingForWhatNeverComesTellsHowManyCame) {
+TEST_F(SceneTest, WaitingForWhatNeverComesStatesHowManyCame) {
   const Case c = read(kHarvest, {{"stages.drop.remove", "[]"},
                                  {"stages.drop.until", "passed"},
                                  {"stages.drop.max_duration", "0.1 s"}});
@@ -368,7 +369,7 @@ TEST_F(SceneTest, ASourceInAWallIsRefused) {
   }
 }
 
-TEST_F(SceneTest, ADriveThatStallsEndsItsStageAndTellsWhere) {
+TEST_F(SceneTest, ADriveThatStallsEndsItsStageAndStatesWhere) {
   const char* press = R"(
 [case]
 duration = "2 s"

@@ -172,7 +172,7 @@ TEST_F(ReplayTest, OfACaseNeedsNoFile) {
   EXPECT_THAT(replayed.reason, HasSubstr("\"drop\" ended"));
 }
 
-TEST_F(ReplayTest, FailureIsToldAsOne) {
+TEST_F(ReplayTest, FailureIsReportedAsOne) {
   Case c = tray();
   c.model.numerics.overlap_limit = 1e-5;
   ReplayOptions options;

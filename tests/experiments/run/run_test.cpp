@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "experiments/case_reader/read_case.h"
 #include "experiments/results/checkpoint.h"
 #include "experiments/results/recorder.h"
 #include "experiments/results/results_file.h"

@@ -14,6 +14,7 @@
 
 #include "experiments/batch/execution/execution_settings.h"
 #include "experiments/case/case.h"
+#include "experiments/case_reader/read_case.h"
 #include "experiments/measurements/bench_tests.h"
 #include "experiments/measurements/measurement.h"
 #include "experiments/text/toml_document.h"

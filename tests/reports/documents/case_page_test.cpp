@@ -6,6 +6,7 @@
 
 #include <random>
 
+#include "experiments/case_reader/read_case.h"
 #include "reports/replay/replay_data.h"
 
 namespace firn {
@@ -168,9 +169,10 @@ TEST(CasePage, NamesWhatTheCaseDeclares) {
   std::string text = random_machine(7) +
                      "[[sensors]]\nname = \"exit <1>\"\npoint = \"0 0 0 m\"\nnormal = [0, 0, 1]\n"
                      "[[outlets]]\nname = \"floor\"\npoint = \"0 0 -1 m\"\nnormal = [0, 0, -1]\n";
-  const std::string html = case_page(read_case_text(text, "machine.toml", ".")).html();
-  for (const char* word :
-       {"machine", "part 0", "second", "arm", "ice on ice", "id=\"replay-case\""})
+  const Case c = read_case_text(text, "machine.toml", ".", {{"case.timestep", "2 us"}});
+  const std::string html = case_page(c).html();
+  for (const char* word : {"machine", "part 0", "second", "arm", "ice on ice", "id=\"replay-case\"",
+                           "<dt>time step</dt><dd>2 us</dd>"})
     EXPECT_THAT(html, HasSubstr(word));
   EXPECT_THAT(html, Not(HasSubstr("exit <1>")));
 }

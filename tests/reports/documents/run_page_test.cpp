@@ -7,6 +7,8 @@
 #include <fstream>
 #include <regex>
 
+#include "experiments/case_reader/case_from_results.h"
+#include "experiments/case_reader/read_case.h"
 #include "experiments/run/run.h"
 #include "reports/documents/run_plots.h"
 #include "tests/reports/browser.h"
@@ -83,12 +85,13 @@ class RunPage : public testing::Test {
   const test::ScratchFolder folder_{"run-page"};
 };
 
-TEST_F(RunPage, TellsWhatWasRunAndWhatCameOut) {
+TEST_F(RunPage, ShowsWhatWasRunAndWhatCameOut) {
   const std::string html = run_page(file()).html();
   for (const char* word :
        {"seed 1", "finished", "peak_normal_force", "half_way_count", "id=\"replay\"",
         "id=\"replay-data-run\"", "id=\"passages\"", "id=\"energy\"", "id=\"loads-on-boundaries\"",
-        "id=\"diagnostics\"", "firn measure fall.h5", "duration = "})
+        "id=\"diagnostics\"", "firn measure fall.h5",
+        "duration = ", "<dt>time step</dt><dd>100 us</dd>"})
     expect_in(html, word);
   expect_in(html, "two &lt;fall&gt; &amp; &quot;rest&quot;");
   EXPECT_EQ(html.find("<fall>"), std::string::npos);
@@ -135,7 +138,7 @@ TEST_F(RunPage, AsksNoNetworkForAnything) {
 
 TEST_F(RunPage, LeavesFramesOutToKeepTheBudget) {
   const Recording recording(file());
-  const Case c = recording.read_case();
+  const Case c = read_case(recording);
   page::Page whole("whole", ""), small("small", "");
   const ReplaySize all = add_replay(whole, recording, c);
   EXPECT_EQ(all.frames, recording.frame_times().size());
@@ -149,9 +152,9 @@ TEST_F(RunPage, LeavesFramesOutToKeepTheBudget) {
   expect_in(small.html(), "of the 61 frames");
 }
 
-TEST_F(RunPage, TellsHowFarWhatTurnsHasTurned) {
+TEST_F(RunPage, ShowsHowFarWhatTurnsHasTurned) {
   const Recording recording(file());
-  const std::vector<page::Figure> figures = motion_figures(recording, recording.read_case());
+  const std::vector<page::Figure> figures = motion_figures(recording, read_case(recording));
   ASSERT_EQ(figures.size(), 1U);  // the panel only slides
   EXPECT_EQ(figures[0].alt, "angle within one turn against time: wheel at most 54 deg");
 }

@@ -69,7 +69,7 @@ class StudyPage : public ResultsFolder {
   }
 };
 
-TEST_F(StudyPage, TellsWhatIsKnownAndStandsAlone) {
+TEST_F(StudyPage, ShowsWhatIsKnownAndIsSelfContained) {
   const std::string html = study_page(read_results_json(file(kResults))).html();
   for (const char* part :
        {"heap &amp; &lt;cubes&gt;", "its lower bound limits it", "0.50 ln(a) + 0.90 b",

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <regex>
 
+#include "experiments/case_reader/read_case.h"
 #include "experiments/text/json_aliases.h"
 #include "tests/reports/damaged_json.h"
 #include "tests/support/results_folder.h"
@@ -120,6 +121,26 @@ TEST_F(ValidationPage, HoldsEveryKindAndStandsAlone) {
   // Nothing is fetched: no address but the name of SVG's namespace.
   for (const char* link : {"src=\"http", "href=\"http", "url(http", "@import"})
     EXPECT_THAT(html, Not(HasSubstr(link)));
+}
+
+TEST_F(ValidationPage, CountsTheVerdictsThatOccur) {
+  test::Json document = test::Json::parse(render_json(example()));
+  const auto html_of = [&](const char* verdict, bool code_to_code) {
+    for (test::Json& comparison : document["comparisons"]) {
+      comparison["verdict"] = verdict;
+      comparison["code_to_code"] = code_to_code;
+    }
+    return validation_page(read_results_json(file(document.dump()))).html();
+  };
+  for (const char* verdict : {"consistent", "inconsistent", "inconclusive", "not independent"}) {
+    const std::string html = html_of(verdict, false);
+    for (const std::string other :
+         {"consistent", "inconsistent", "inconclusive", "not independent", "not comparable"}) {
+      const std::string card = "<span class=\"label\">" + other + "</span>";
+      EXPECT_EQ(html.find(card) != std::string::npos, other == verdict) << other;
+    }
+  }
+  EXPECT_THAT(html_of("consistent", true), Not(HasSubstr("<ul class=\"cards\">")));
 }
 
 // The document with the names of earlier versions; children first, as their paths are current.

@@ -31,7 +31,7 @@ std::string page(const std::string& name) {
   return text.str();
 }
 
-TEST(VerificationPage, TellsWhatHoldsFailsBrokeAndHasNotRun) {
+TEST(VerificationPage, ListsWhatHoldsFailsBrokeAndHasNotRun) {
   for (const char* name : {"page.html", "page.md"}) {
     const std::string text = page(name);
     EXPECT_THAT(text, HasSubstr("1 of 4 cases hold, with 1 of 2 checks; 1 have not run"));

@@ -94,6 +94,26 @@ TEST(Plots, ASeriesHasTwoBands) {
   EXPECT_THROW(draw(plot), std::logic_error);
 }
 
+// The lines of a drawing, in order.
+std::vector<std::string> drawn_lines(const std::string& svg) {
+  std::vector<std::string> all;
+  const std::regex pattern(R"re(\sd=["']([^"']*))re");
+  for (std::sregex_iterator m(svg.begin(), svg.end(), pattern), end; m != end; ++m)
+    all.push_back((*m)[1]);
+  return all;
+}
+
+TEST(Plots, AStepKeepsItsValueUntilTheNextOne) {
+  XyPlot plot;
+  plot.x = {"time", "s", false, {}, {}};
+  plot.y = {"particles that have passed", "", false, 0.0, {}, true};
+  plot.series = {{"", {0, 2.5, 3, 4}, {0, 1, 2, 2}, Style::step}};
+  const std::vector<std::string> steps = drawn_lines(draw(plot));
+  ASSERT_FALSE(steps.empty());
+  plot.series = {{"", {0, 2.5, 2.5, 3, 3, 4}, {0, 0, 1, 1, 2, 2}}};
+  EXPECT_EQ(steps, drawn_lines(draw(plot)));
+}
+
 TEST(Plots, BarsHaveIntervals) {
   BarPlot plot;
   plot.y = {"index", "", false, 0.0, {}};

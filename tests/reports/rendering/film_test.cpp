@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "experiments/case_reader/read_case.h"
 #include "experiments/run/run.h"
 #include "experiments/system/process.h"
 #include "tests/support/results_folder.h"

@@ -11,7 +11,7 @@ TEST(SimplifyMesh, ACrescentKeepsItsFormWithFewTriangles) {
   const TriangleMesh fine = crescent_mesh({});
   const TriangleMesh coarse = simplified_mesh(fine, 150);
   EXPECT_LE(coarse.triangles.size(), 150U);
-  EXPECT_TRUE(inspect(coarse).sound()) << inspect(coarse).sentence();
+  EXPECT_TRUE(inspect(coarse).is_valid()) << inspect(coarse).to_message();
   const double volume = mass_properties(fine).volume;
   EXPECT_NEAR(mass_properties(coarse).volume, volume, 0.02 * volume);
   const auto before = bounding_box(fine), after = bounding_box(coarse);

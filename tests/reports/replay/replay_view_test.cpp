@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "experiments/case_reader/case_from_results.h"
+#include "experiments/case_reader/read_case.h"
 #include "experiments/run/run.h"
 #include "tests/reports/browser.h"
 #include "tests/support/results_folder.h"
@@ -61,7 +63,7 @@ class ReplayPage : public ResultsFolder {
   // of `script` writes its findings to the document's title.
   std::string written(int replays, const std::string& script) const {
     const Recording recording(path("hit.h5"));
-    const Case c = recording.read_case();
+    const Case c = read_case(recording);
     page::Page page("replays", "");
     for (int i = 1; i <= replays; ++i)
       add_replay_view(page, page.section(fmt::format("Replay {}", i)),
@@ -76,7 +78,7 @@ class ReplayPage : public ResultsFolder {
   }
 };
 
-TEST_F(ReplayPage, MapsAreColoredAndTheirScalesTold) {
+TEST_F(ReplayPage, MapsAreColoredAndTheirScalesShown) {
   if (!has_browser()) GTEST_SKIP() << "chromium is not installed: maps are not drawn";
   const std::string file = written(1, "");
   const std::string slab = element(document_of(file, "#t=0.2&map=peak_stress&log=1"), "replay-n1");
@@ -97,7 +99,7 @@ const look = () => {
   }
   [...root.querySelectorAll('button')].find((b) => b.textContent === 'Go to the largest').click();
   document.title = root.querySelector('output.replay-note').value.replace(/[0-9.]+ .?Pa/, 'V') + ' | ' +
-      root.querySelector('.replay-walls input').checked;
+      root.querySelector('.replay-list input').checked;
 };
 setTimeout(look, 500);
 )"),

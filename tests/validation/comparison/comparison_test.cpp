@@ -117,7 +117,7 @@ TEST_F(Comparisons, OfAValueCountNumericalVariantsOnly) {
   EXPECT_NEAR(*c.value->components.back().value, 0.5, 1e-12);
 }
 
-TEST_F(Comparisons, OfChoicesTellWhatStandsOutFromTheSeeds) {
+TEST_F(Comparisons, OfChoicesShowWhatStandsOutFromTheSeeds) {
   const RunGroup base = group(RunGroup::Purpose::base, {9, 10, 11, 12});
   const RunGroup half = group(RunGroup::Purpose::timestep, {9.1, 9.9, 11.1}, 5e-6);
   const RunGroup stiff = group(RunGroup::Purpose::stiffness, {20, 21.1, 22}, 1e8);

@@ -41,7 +41,7 @@ TEST(Curves, OfOneFunctionAgreeHoweverTheyAreSampled) {
   EXPECT_TRUE(std::isnan(c->measured_error[5]));
 }
 
-TEST(Curves, TellDifferenceAndUncertainty) {
+TEST(Curves, StateDifferenceAndUncertainty) {
   // A constant offset of 1 on a range of 6, two runs that differ by 0.4, two equal repeats.
   const auto shifted = [](double by) {
     SampledCurve c = sampled(0, 2, 50, line);

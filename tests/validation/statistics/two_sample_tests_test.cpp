@@ -73,7 +73,7 @@ TEST(Exchange, IsExactForSmallSamplesWithAndWithoutTies) {
   }
 }
 
-TEST(Exchange, SaysWhichSizesCannotTell) {
+TEST(Exchange, StatesWhichSizesCannotDecide) {
   EXPECT_GT(exchange_test({1, 2, 3}, {1.1, 2.1, 3.1}).critical, 1);  // 2 of 20 splits at best
   EXPECT_LE(exchange_test({1, 2, 3, 4}, {1.1, 2.1, 3.1, 4.1}).critical, 1);  // 2 of 70
 }
@@ -84,7 +84,7 @@ const CensoredTimes treated{{6, 6, 6, 7, 10, 13, 16, 22, 23},
 const CensoredTimes placebo{{1, 1, 2, 2, 3, 4, 4, 5, 5, 8, 8, 8, 8, 11, 11, 12, 12, 15, 17, 22, 23},
                             {}};
 
-TEST(OpenTimes, TellSamplesApart) {
+TEST(OpenTimes, DistinguishSamples) {
   const SampleTest t = compare_open_times({treated}, placebo);
   EXPECT_GT(t.distance, 0.5);
   EXPECT_LT(t.p, 0.01);

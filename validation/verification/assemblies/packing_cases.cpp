@@ -135,7 +135,7 @@ std::vector<VerificationCase> packing_cases() {
       {.name = "bulk.dice",
        .title = "Packing fraction of the Platonic solids",
        .reference =
-           "plastic dice, loosest (fluidised) .51 .54 .52 .51 .50, densest (vibrated) .64 "
+           "plastic dice, loosest (fluidized) .51 .54 .52 .51 .50, densest (vibrated) .64 "
            ".67 .64 .63 .59, ± .01 (Baker and Kudrolli 2010); densest lattices .856 1 .947 "
            ".904 .836",
        .remark =
@@ -153,7 +153,7 @@ std::vector<VerificationCase> packing_cases() {
            "How the "
            "published fractions count walls, surface and rounded edges is not known here. Checked "
            "is "
-           "what must hold in any case: a rained bed is no looser than a fluidised one, taps "
+           "what must hold in any case: a rained bed is no looser than a fluidized one, taps "
            "make it denser (by more than the 0.01 of a reading), never denser than the lattice. "
            "60 s of one core.",
        .tier = Tier::full,

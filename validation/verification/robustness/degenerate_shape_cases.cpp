@@ -110,7 +110,7 @@ std::vector<Check> drops() {
                       .measured = rest.gained,
                       .expected = 1e-3,
                       .bound = Bound::at_most});
-    // The contact deviation is what the parts may stand out of or stay behind the mesh.
+    // The convex parts may differ from the mesh by the surface deviation, in either direction.
     checks.push_back(
         {.what = odd.name + ": lowest corner of the mesh over the plane, over the size",
          .measured = rest.height,

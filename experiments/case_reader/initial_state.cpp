@@ -1,4 +1,4 @@
-#include "experiments/case_reader/process/initial_state.h"
+#include "experiments/case_reader/initial_state.h"
 
 #include <fmt/format.h>
 
@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "experiments/case_reader/case_from_results.h"
 #include "experiments/case_reader/model/motion_frames.h"
 #include "experiments/case_reader/model/shapes.h"
 #include "experiments/results/results_file.h"
@@ -229,7 +230,7 @@ void take_over(const TomlTable& t, const std::string& directory, const Model& mo
           .string();
   Earlier earlier = t.at("file", [&] {
     Recording recording(file);
-    Case c = recording.read_case();
+    Case c = read_case(recording);
     return Earlier{file, std::move(recording), std::move(c)};
   });
   earlier.row = choose_frame(t, earlier);
@@ -304,12 +305,13 @@ void read_initial_state(const TomlTable& root, const std::string& directory, Cas
   if (!root.has("initial_state")) return;
   const TomlTable t = root.required_table("initial_state");
   t.allow({"file", "time", "tags", "batches", "particles", "motion_frames"});
-  // What a resolved case holds was asked of the file once; an override asks for something else.
-  const auto asked_anew = [&](const char* key) {
+  // A resolved case holds the values from the results file. They are read again only if an override
+  // changes the selection.
+  const auto is_key_overridden = [&](const char* key) {
     return t.document().overridden(std::string("initial_state.") + key);
   };
-  if (!t.has("particles") || asked_anew("file") || asked_anew("time") || asked_anew("tags") ||
-      asked_anew("batches"))
+  if (!t.has("particles") || is_key_overridden("file") || is_key_overridden("time") ||
+      is_key_overridden("tags") || is_key_overridden("batches"))
     take_over(t, directory, c.model);
   read_placed(t, c);
   read_frame_starts(t, c);
