@@ -181,22 +181,22 @@ bool looks_like_text(std::string_view bytes) {
 }
 
 Corners read_corners(const std::string& file, std::string_view bytes, const MeshLimits& limits) {
-  const std::size_t promised = bytes.size() >= kHeader ? little_endian(&bytes[kTitle]) : 0;
+  const std::size_t stated = bytes.size() >= kHeader ? little_endian(&bytes[kTitle]) : 0;
   const std::size_t held = bytes.size() >= kHeader ? (bytes.size() - kHeader) / kTriangle : 0;
   // The title of a binary file may also begin with "solid". The file size then decides.
-  const bool exact = bytes.size() == kHeader + kTriangle * promised;
+  const bool exact = bytes.size() == kHeader + kTriangle * stated;
   if (!exact && looks_like_text(bytes)) return read_text(file, bytes, limits);
   if (bytes.size() < kHeader) {
     throw InputError(file + ": is neither a text nor a binary STL file; expected one of them");
   }
   if (!exact) {
-    throw InputError(
-        fmt::format("{}: promises {} triangles and holds {} in {} bytes; expected a "
-                    "whole binary STL file of 84 + 50 n bytes",
-                    file, promised, held, bytes.size()));
+    throw InputError(fmt::format(
+        "{}: the header states {} triangles and the file holds {} in {} bytes; expected a "
+        "whole binary STL file of 84 + 50 n bytes",
+        file, stated, held, bytes.size()));
   }
-  if (promised > limits.triangles) refuse_count(file, promised, limits.triangles);
-  return read_binary(bytes, promised);
+  if (stated > limits.triangles) refuse_count(file, stated, limits.triangles);
+  return read_binary(bytes, stated);
 }
 
 bool is_obj(const std::string& file) {

@@ -48,8 +48,20 @@ MeshRepair repair(const TriangleMesh& mesh) {
   return result;
 }
 
+std::string repair_advice(const TriangleMesh& mesh, MeshUse use, const std::string& file,
+                          const std::string& length_unit) {
+  const MeshDefects found = inspect(mesh);
+  const bool is_boundary = use == MeshUse::boundary;
+  const bool hinders =
+      is_boundary ? found.flipped_edges || found.degenerate || found.duplicated : !found.is_valid();
+  if (!hinders || found.non_finite) return "";
+  return fmt::format("; firn shape {}{} --repair-to FIXED.stl repairs what it can{}", file,
+                     length_unit == "mm" ? "" : " --length-unit " + length_unit,
+                     is_boundary ? ", and closes openings" : "");
+}
+
 std::string MeshRepair::failure_reason() const {
-  if (!left.sound()) return left.sentence();
+  if (!left.is_valid()) return left.to_message();
   return flat ? "it encloses no volume" : "";
 }
 

@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "experiments/meshes/length_unit.h"
 #include "firn/mesh.h"
 
 namespace firn {
@@ -22,7 +23,7 @@ struct MeshRepair {
   MeshDefects left;            // remaining defects of `mesh`
 
   bool needed() const { return degenerate || disconnected_edges || removed || added || reversed; }
-  bool is_repairable() const { return !flat && left.sound(); }
+  bool is_repairable() const { return !flat && left.is_valid(); }
   std::string failure_reason() const;  // empty if repairable
   // "drops 1 facet without area, ...; then it is closed", or why it cannot be repaired.
   std::string sentence() const;
@@ -31,5 +32,23 @@ struct MeshRepair {
 // Repairs a mesh with finite coordinates and corners that are not merged (read_triangles()). Admesh
 // works in single precision. Throws InputError when admesh rejects the mesh.
 MeshRepair repair(const TriangleMesh& mesh);
+
+// The end of an error message about the mesh of `file`: the command that may repair it. Empty if no
+// defect is an obstacle to `use`; open edges are none to a boundary.
+std::string repair_advice(const TriangleMesh& mesh, MeshUse use, const std::string& file,
+                          const std::string& length_unit);
+
+// Returns make(), which uses the mesh. Adds the advice to an InputError that it throws.
+template <class Make>
+auto with_repair_advice(const TriangleMesh& mesh, MeshUse use, const std::string& file,
+                        const std::string& length_unit, Make make) {
+  try {
+    return make();
+  } catch (const InputError& error) {
+    const std::string advice = repair_advice(mesh, use, file, length_unit);
+    if (advice.empty()) throw;
+    throw InputError(error.what() + advice);
+  }
+}
 
 }  // namespace firn

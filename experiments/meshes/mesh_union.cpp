@@ -10,9 +10,9 @@ namespace firn {
 TriangleMesh unite(const TriangleMesh& mesh) {
   const std::string facets = run_mesh_program("firn-unite-mesh", facet_bytes<double>(mesh));
   TriangleMesh united = merge_equal_corners(mesh_of_facets<double>(facets));
-  const std::string defects = inspect(united).sentence();
+  const std::string defects = inspect(united).to_message();
   if (!defects.empty()) throw InputError("the union has " + defects);
-  const std::string conflicts = find_conflicts(united).sentence();
+  const std::string conflicts = find_conflicts(united).to_message();
   if (!conflicts.empty()) throw InputError("the union has " + conflicts);
   return united;
 }

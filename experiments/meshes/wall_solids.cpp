@@ -45,9 +45,9 @@ void check(const MeshDefects& found) {
   fatal.degenerate = found.degenerate;
   fatal.duplicated = found.duplicated;
   fatal.non_finite = found.non_finite;
-  if (!fatal.sound()) {
+  if (!fatal.is_valid()) {
     throw InputError(fmt::format("the surface has {}; expected triangles that face the same way",
-                                 fatal.sentence()));
+                                 fatal.to_message()));
   }
 }
 
@@ -346,7 +346,7 @@ ConvexPart prism(const TriangleMesh& mesh, const Facet& facet, const std::vector
 std::vector<ConvexPart> wall_solids(const TriangleMesh& mesh, double thickness) {
   const MeshDefects defects = inspect(mesh);
   check(defects);
-  if (defects.sound() && is_convex(mesh)) {
+  if (defects.is_valid() && is_convex(mesh)) {
     return {convex_part(convex_hull(mesh.vertices), 0)};
   }
   FacetMaker maker(mesh);

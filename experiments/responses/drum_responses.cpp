@@ -111,17 +111,21 @@ void measure_drum(const Recording& recording, const Case& c, const Measure& m,
     surface.push_back(angles.surface);
     mass.push_back(angles.mass);
   }
-  if (surface.size() < kFewest)
-    throw InputError(
-        fmt::format("measure of kind \"drum\": {} frames from {:.4g} s on; expected at "
-                    "least {}",
-                    surface.size(), m.begin, kFewest));
-  // Either way round: an angle that is taken up by the drum is positive.
-  const double sign = mean_of(mass).first < 0 ? -1 : 1;
   const std::string prefix = m.prefix();
-  const auto add = [&](const char* name, double value, double uncertainty, const char* method) {
+  const auto add = [&](const char* name, double value, double uncertainty,
+                       const std::string& method) {
     out.push_back({prefix + name, {value}, {uncertainty}, "deg", method, 1});
   };
+  if (surface.size() < kFewest) {
+    const std::string method =
+        fmt::format("mean over frames; undefined: {} frames from {:.4g} s on, fewer than {}",
+                    surface.size(), m.begin, kFewest);
+    for (const char* name : {"drum_angle", "drum_mass_angle", "drum_angle_scatter"})
+      add(name, kUndefined, kUndefined, method);
+    return;
+  }
+  // Either way round: an angle that is taken up by the drum is positive.
+  const double sign = mean_of(mass).first < 0 ? -1 : 1;
   const auto [angle, error] = mean_of(surface);
   add("drum_angle", sign * angle, error,
       "least-squares line through the highest points of columns in the middle half of the drum; "
@@ -131,8 +135,8 @@ void measure_drum(const Recording& recording, const Case& c, const Measure& m,
       "of the center of mass about the drum's axis, from straight down; mean over frames");
   double square = 0;
   for (const double s : surface) square += (s - angle) * (s - angle);
-  add("drum_angle_scatter", std::sqrt(square / static_cast<double>(surface.size() - 1)),
-      std::numeric_limits<double>::quiet_NaN(), "standard deviation of the line over frames");
+  add("drum_angle_scatter", std::sqrt(square / static_cast<double>(surface.size() - 1)), kUndefined,
+      "standard deviation of the line over frames");
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 
 namespace firn {
 
-// Computed from the frames at or after Measure::begin. Throws InputError for fewer than ten frames.
+// Computed from the frames at or after Measure::begin. Undefined for fewer than ten frames.
 std::vector<Response> drum_responses(const Recording& recording, const Case& c);
 
 }  // namespace firn

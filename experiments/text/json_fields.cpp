@@ -56,9 +56,8 @@ void JsonPlace::refuse_unknown_keys(const FieldJson& object,
   const std::string path = path_of(*this);
   for (const auto& [key, value] : object.items())
     if (std::ranges::find(known, key) == known.end())
-      throw InputError(fmt::format("{}: {}: unknown key \"{}\"; the nearest known one is \"{}\"",
-                                   file, path.empty() ? "document" : path, key,
-                                   nearest(key, known)));
+      throw InputError(fmt::format("{}: {}: unknown key \"{}\"; {}", file,
+                                   path.empty() ? "document" : path, key, suggestion(key, known)));
 }
 
 void JsonFieldReader::read(const Json& json, const JsonPlace& place, double& value) {

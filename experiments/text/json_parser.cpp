@@ -66,7 +66,7 @@ Json parse_json(std::string_view text, const std::string& source) {
                                  source, line_at(text, e.byte)));
   } catch (const Json::exception&) {  // a number beyond all doubles
     throw InputError(fmt::format(
-        "{}:1: JSON: holds a number that no computer can; expected finite numbers", source));
+        "{}:1: JSON: a number exceeds the range of a double; expected finite numbers", source));
   } catch (const Refused& refused) {
     throw InputError(fmt::format("{}:1: JSON: {}", source, refused.what));
   }

@@ -91,8 +91,7 @@ class TomlTable {
   // Throws if the table `key` exists and has more than `most` keys.
   void require_at_most(std::string_view key, std::size_t most) const;
 
-  // Throws for a key that is not in `keys`, and suggests the nearest one. To be called before any
-  // getter.
+  // Throws for a key that is not in `keys`, with a suggestion(). To be called before any getter.
   void allow(std::span<const std::string_view> keys) const;
   void allow(std::initializer_list<std::string_view> keys) const;
 
@@ -175,9 +174,14 @@ class TomlTable {
   unsigned line_;
 };
 
-// The candidate that the user most likely meant: one within a small edit distance, else one with a
-// common part between underscores ("friction": "static_friction"), else the one of least edit
-// distance. The first one of equal candidates.
-std::string_view nearest(std::string_view word, const std::vector<std::string_view>& candidates);
+// The candidate that the user most likely meant: one that means the same as a word of other
+// programs, else one within a small edit distance, else one with a common part between underscores
+// ("friction": "static_friction"). The first one of equal candidates.
+std::optional<std::string_view> nearest(std::string_view word,
+                                        const std::vector<std::string_view>& candidates);
+
+// The end of a message about an unknown word: `the nearest known one is "size"`; without a similar
+// one `expected one of a, b, c`.
+std::string suggestion(std::string_view word, const std::vector<std::string_view>& candidates);
 
 }  // namespace firn

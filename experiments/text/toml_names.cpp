@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "experiments/text/response_aliases.h"
+#include "experiments/text/toml_messages.h"
 
 namespace firn {
 
@@ -16,8 +17,27 @@ int index_of(const TomlTable& table, std::string_view key, const std::string& na
   if (names.empty()) {
     table.fail(key, fmt::format("unknown {} \"{}\"; the case has none", what, name));
   }
-  table.fail(key, fmt::format("unknown {} \"{}\"; the nearest known one is \"{}\"", what, name,
-                              nearest(name, names)));
+  table.fail(key, fmt::format("unknown {} \"{}\"; {}", what, name, suggestion(name, names)));
+}
+
+void require_kind(TomlDocument& document, std::string_view table) {
+  struct Kind {
+    std::string_view table, file, command;
+  };
+  static constexpr Kind kKinds[] = {{"case", "a case file", "run"},
+                                    {"study", "a study file", "calibrate"},
+                                    {"suite", "a suite file", "validate"},
+                                    {"sweep", "a sweep file", "sweep"},
+                                    {"optimization", "an optimization file", "optimize"}};
+  if (document.root().contains(table)) return;
+  const Kind& expected = *std::ranges::find(kKinds, table, &Kind::table);
+  for (const Kind& kind : kKinds) {
+    const toml::node* node = document.root().get(kind.table);
+    if (node == nullptr || !node->is_table()) continue;
+    document.fail(std::string(kind.table), toml_text::line_of(*node),
+                  fmt::format("is a file for firn {}; expected {} (firn {})", kind.command,
+                              expected.file, expected.command));
+  }
 }
 
 std::string current_case_key(const TomlTable& table, std::string_view key,

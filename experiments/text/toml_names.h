@@ -10,10 +10,14 @@
 
 namespace firn {
 
-// The index of `name`, the value of `key`, in `names`. Throws for an unknown name, with the nearest
-// one. `what`: kind of the element in the message ("shape").
+// The index of `name`, the value of `key`, in `names`. Throws for an unknown name, with a
+// suggestion(). `what`: kind of the element in the message ("shape").
 int index_of(const TomlTable& table, std::string_view key, const std::string& name,
              const std::vector<std::string_view>& names, std::string_view what);
+
+// Throws for a document of another kind. Kinds are known by the table that each has alone: case,
+// study, suite, sweep or optimization; `table`: that of the expected kind.
+void require_kind(TomlDocument& document, std::string_view table);
 
 // `path`, the value of `key` and a path into a case, with current names. Warns of an old name.
 std::string current_case_key(const TomlTable& table, std::string_view key, const std::string& path);

@@ -23,8 +23,7 @@ void TomlTable::allow(std::span<const std::string_view> keys) const {
   for (const auto& [key, value] : *table_) {
     if (std::ranges::find(keys, key.str()) != keys.end()) continue;
     document_->fail(path_of(key.str()), key.source().begin.line,
-                    fmt::format("unknown key; the nearest known one is \"{}\"",
-                                nearest(key.str(), {keys.begin(), keys.end()})));
+                    "unknown key; " + suggestion(key.str(), {keys.begin(), keys.end()}));
   }
 }
 
@@ -429,16 +428,34 @@ bool share_a_part(std::string_view a, std::string_view b) {
 
 }  // namespace
 
-std::string_view nearest(std::string_view word, const std::vector<std::string_view>& candidates) {
+std::optional<std::string_view> nearest(std::string_view word,
+                                        const std::vector<std::string_view>& candidates) {
   constexpr std::size_t kLongest = 64;  // bytes; of longer words the beginning counts
   word = word.substr(0, kLongest);
   for (const auto& [other, key] : kSynonyms)
     if (word == other && std::ranges::find(candidates, key) != candidates.end()) return key;
-  return *std::ranges::min_element(candidates, {}, [&](std::string_view candidate) {
+  // In half steps: one edit of a word of two letters, two edits of one of three to eight.
+  const int typo = word.size() < 3 ? 2 : std::max(4, 2 * static_cast<int>(word.size() / 3));
+  std::optional<std::string_view> best;
+  std::pair<bool, int> least;  // whether it is no typo, and the distance
+  for (const std::string_view candidate : candidates) {
     const int distance = edit_distance(word, candidate);
-    const bool typo = distance <= std::max(1, static_cast<int>(word.size()) / 3);
-    return std::pair(typo ? 0 : share_a_part(word, candidate) ? 1 : 2, distance);
-  });
+    const std::pair order(distance > typo, distance);
+    if (order.first && !share_a_part(word, candidate)) continue;
+    if (best && order >= least) continue;
+    best = candidate;
+    least = order;
+  }
+  return best;
+}
+
+std::string suggestion(std::string_view word, const std::vector<std::string_view>& candidates) {
+  constexpr std::size_t kMost = 40;  // names in a message
+  if (const auto likely = nearest(word, candidates))
+    return fmt::format("the nearest known one is \"{}\"", *likely);
+  const std::size_t shown = std::min(candidates.size(), kMost);
+  return fmt::format("expected one of {}{}", comma_list(std::span(candidates).first(shown)),
+                     shown < candidates.size() ? ", ..." : "");
 }
 
 }  // namespace firn

@@ -242,7 +242,7 @@ std::string with(const Series& s, int k) {
     case Style::line:
       return "using 1:2 with lines " + line;
     case Style::step:
-      return "using 1:2 with fsteps " + line;
+      return "using 1:2 with steps " + line;
     case Style::joined:
       return fmt::format("using 1:2 with linespoints {} pt {} ps 0.75", line, marker(k));
     case Style::points:

@@ -19,7 +19,8 @@ struct Axis {
   bool whole = false;               // counts: no ticks between whole numbers
 };
 
-enum class Style { line, step, points, joined };  // joined: points and lines between them
+// step: a value holds until the next one; joined: points and lines between them.
+enum class Style { line, step, points, joined };
 
 // y over x. Errors are one standard deviation, drawn as bars; low and high are a shaded band, which
 // wide_low and wide_high surround with a lighter one. Empty, or as long as x.
