@@ -423,7 +423,7 @@ TEST(Border, TheIntervalOfATruthOnTheBorderHoldsIt) {
 // One response along a bent valley determines a combination only near the answer.
 TEST(Border, ACombinationIsNotStatedMorePreciselyThanTheValleyIsStraight) {
   int off = 0;
-  for (int s = 0; s < 6; ++s) {
+  for (int s = 0; s < 24; ++s) {
     std::mt19937_64 random(static_cast<std::uint64_t>(50 + s));
     const double a = s % 2 == 0 ? 0 : uniform_open(random), b = uniform_open(random);
     const auto response = [](double x, double y) { return 10 * (x - 0.2) * (x - 0.2) + 8 * y; };
@@ -441,7 +441,7 @@ TEST(Border, ACombinationIsNotStatedMorePreciselyThanTheValleyIsStraight) {
         !warned && std::abs(truth - c["value"].get<double>()) > 2 * c["uncertainty"].get<double>();
     EXPECT_GE(c["uncertainty"], c["uncertainty_near_estimate"]);
   }
-  EXPECT_EQ(off, 0);
+  EXPECT_LE(off, 2);  // 5 % of 24 are 1.2
 }
 
 // A study with a store; how many runs it had to simulate.
