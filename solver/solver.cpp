@@ -11,9 +11,16 @@
 #include "solver/contact_detection/obstacle.h"
 #include "solver/state/snapshot.h"
 #include "solver/state/workspace.h"
+#include "solver/statistics/contact_events.h"
+#include "solver/statistics/contact_statistics.h"
+#include "solver/statistics/triangle_loads.h"
 #include "solver/step/bond_forces.h"
+#include "solver/step/boundary_contacts.h"
 #include "solver/step/contact_info.h"
+#include "solver/step/initial_state.h"
 #include "solver/step/kernels.h"
+#include "solver/step/moving_boundaries.h"
+#include "solver/step/state_checks.h"
 
 namespace firn {
 
@@ -65,30 +72,6 @@ struct Solver::Impl {
 
 namespace {
 
-void resize(const Model& model, State& s) {
-  const std::size_t n = model.particles.size(), b = model.boundaries.size();
-  s.motion.resize(n + b);
-  s.orientation.resize(n + b, Quat::Identity());
-  s.angular_momentum.resize(n, Vec3::Zero());
-  s.load.resize(n);
-  s.translation_bound.resize(n + b, 0);
-  s.rotation_bound.resize(n + b, 0);
-  s.skin.resize(n + b, 0);
-  s.rebuild_distance.resize(n + b, 0);
-  s.presence.resize(n, Presence::pending);
-  s.peak_normal_force.resize(n, 0);
-  s.boundary_present.resize(b, 1);
-  s.boundary_impulse.resize(b, Vec3::Zero());
-  s.boundary_angular_impulse.resize(b, Vec3::Zero());
-  s.boundary_peak.resize(b, 0);
-  s.boundary_load.resize(b);
-  s.bonds.resize(model.bonds.size());
-  s.bond_loads.resize(model.bonds.size());
-  place_boundaries(model, s);
-  s.boundary_contacts.resize(model.boundary_contacts.size());
-  s.statistics = empty_statistics(model);
-}
-
 std::shared_ptr<const Model> checked(Model model) {
   validate(model);
   return std::make_shared<const Model>(std::move(model));
@@ -99,7 +82,7 @@ std::shared_ptr<const Model> checked(Model model) {
 Solver::Solver(Model model) : Solver(checked(std::move(model)), 0) {}
 Solver::Solver(std::shared_ptr<const Model> model, int threads)
     : impl_(std::make_unique<Impl>(std::move(model), threads)) {
-  resize(impl_->model, impl_->state);
+  initialize(impl_->model, impl_->state);
 }
 Solver::~Solver() = default;
 Solver::Solver(Solver&&) noexcept = default;

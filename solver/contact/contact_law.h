@@ -103,11 +103,23 @@ template <class T>
   const T higher = unloading < least ? least : unloading;
   force = higher < loading ? higher : loading;
 }
-inline double normal_force(double previous, double stiffness, double unloading_stiffness,
-                           double floor, double overlap, double ds) {
-  double force;
-  compute_normal_force(previous, stiffness, unloading_stiffness, floor, overlap, ds, force);
-  return force;
+
+// Normal spring of a pair of shapes, of PairCoefficients, for one point or four.
+template <class T>
+struct NormalSpring {
+  T stiffness, unloading_ratio, minimum_ratio;
+};
+
+// Advances the force of one point (T = double) or of four (T = Simd4d) with this share of the
+// stiffness. `gap`: m, after the approach by `ds`. `work`: J, taken from the bodies in this step.
+template <class T>
+[[gnu::always_inline]] inline void advance_point(const NormalSpring<T>& spring, const T& share,
+                                                 const T& gap, const T& ds, const T& previous,
+                                                 T& force, T& work) {
+  const T own = spring.stiffness * share, overlap = -gap;
+  compute_normal_force(previous, own, T(own * spring.unloading_ratio), spring.minimum_ratio,
+                       overlap, ds, force);
+  work = 0.5 * (previous + force) * ds;
 }
 
 // Relative motion of the two bodies at a patch, over one step.
@@ -145,20 +157,21 @@ struct NormalLoad {
 // Advances all points of a patch. PatchBlock does the same for many patches in vectors.
 inline NormalLoad advance_points(const PairCoefficients& law, const ContactPatch& patch,
                                  ContactPoint* points, const PatchMotion& motion) {
+  const NormalSpring<double> spring{law.stiffness, law.unloading_stiffness_ratio,
+                                    law.minimum_unloading_ratio};
   NormalLoad out;
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     ContactPoint& p = points[i];
     const Vec offset = to_vec(p.offset);
     const double ds = closing_of(motion, p);
     if (!patch.gap_is_current) p.gap -= ds;
-    const double before = p.force;
-    const double k = law.stiffness * p.stiffness_fraction;
-    p.force = normal_force(before, k, k * law.unloading_stiffness_ratio,
-                           law.minimum_unloading_ratio, -p.gap, ds);
-    out.force += p.force;
-    out.offset_force = out.offset_force + p.force * offset;
+    double force, work;
+    advance_point(spring, p.stiffness_fraction, p.gap, ds, p.force, force, work);
+    p.force = force;
+    out.force += force;
+    out.offset_force = out.offset_force + force * offset;
     out.overlap = std::max(out.overlap, -p.gap);
-    out.work += 0.5 * (before + p.force) * ds;
+    out.work += work;
   }
   return out;
 }

@@ -130,8 +130,8 @@ namespace {
 // Four points of any patches, with the coefficients of their patches and laws.
 struct FourPoints {
   Simd4d tilt_x, tilt_y, tilt_z, closing;  // of PatchMotion
-  Simd4d stiffness, ratio, floor;          // of PairCoefficients
-  Simd4d gap_factor;                       // see PatchBlock
+  NormalSpring<Simd4d> spring;
+  Simd4d gap_factor;  // see PatchBlock
 };
 struct FourLoads {
   Simd4d x, y, z, force;  // N m, force times offset; N
@@ -152,14 +152,12 @@ struct FourLoads {
   get_twos(forces, before, share);
   const Simd4d ds = in.closing + (x * in.tilt_x + y * in.tilt_y + z * in.tilt_z);
   gap -= in.gap_factor * ds;
-  const Simd4d overlap = -gap, own = in.stiffness * share;
-  compute_normal_force(before, own, Simd4d(own * in.ratio), in.floor, overlap, ds, out.force);
+  advance_point(in.spring, share, gap, ds, before, out.force, out.work);
   put_twos(gap, out.force, gaps);
   out.x = out.force * x;
   out.y = out.force * y;
   out.z = out.force * z;
-  out.overlap = overlap;
-  out.work = 0.5 * (before + out.force) * ds;
+  out.overlap = -gap;
 }
 
 }  // namespace
@@ -168,12 +166,14 @@ void PatchBlock::compute_further_point(int k, ContactPoint& p) {
   const Vec offset = to_vec(p.offset);
   const double ds = tilt_.w[k] + dot(offset, tilt_.vec(k));
   p.gap -= advance_gap_[k] * ds;
-  const double before = p.force, own = spring_.x[k] * p.stiffness_fraction;
-  p.force = firn::normal_force(before, own, own * spring_.y[k], spring_.z[k], -p.gap, ds);
-  const Vec offset_force = p.force * offset;
-  normal_load_.set(k, normal_load_.vec(k) + offset_force, normal_load_.w[k] + p.force);
+  const NormalSpring<double> spring{spring_.x[k], spring_.y[k], spring_.z[k]};
+  double force, work;
+  advance_point(spring, p.stiffness_fraction, p.gap, ds, p.force, force, work);
+  p.force = force;
+  const Vec offset_force = force * offset;
+  normal_load_.set(k, normal_load_.vec(k) + offset_force, normal_load_.w[k] + force);
   deepest_ = std::max(deepest_, -p.gap);
-  work_normal_[k] += 0.5 * (before + p.force) * ds;
+  work_normal_[k] += work;
 }
 
 // advance_points() for all patches. The first points of the patches are computed four at a time.
@@ -210,9 +210,9 @@ void PatchBlock::compute_first_points(int k, Simd4d& deepest) {
   get(tilt_.y + k, in.tilt_y);
   get(tilt_.z + k, in.tilt_z);
   get(tilt_.w + k, in.closing);
-  get(spring_.x + k, in.stiffness);
-  get(spring_.y + k, in.ratio);
-  get(spring_.z + k, in.floor);
+  get(spring_.x + k, in.spring.stiffness);
+  get(spring_.y + k, in.spring.unloading_ratio);
+  get(spring_.z + k, in.spring.minimum_ratio);
   get(advance_gap_ + k, in.gap_factor);
   compute_four_points(points_ + k, in, load);
   deepest = deepest < load.overlap ? load.overlap : deepest;

@@ -156,8 +156,8 @@ class PatchBlock {
   alignas(32) double elongation_cosine_[capacity], elongation_sine_[capacity];
   alignas(32) double torsion_[capacity], sliding_[capacity], work_normal_[capacity],
       work_friction_[capacity];
-  alignas(
-      32) double advance_gap_[capacity];  // 1: gaps are advanced, 0: gaps are those of this instant
+  // 1: gaps are advanced, 0: gaps are those of this instant.
+  alignas(32) double advance_gap_[capacity];
 };
 
 static_assert(offsetof(ContactPatch, torsion) == offsetof(ContactPatch, normal) + sizeof(Vec3) &&

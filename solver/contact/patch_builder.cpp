@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <span>
 
 #include "solver/collision/contact_region.h"
 #include "solver/contact/coplanar_contacts.h"
@@ -130,33 +132,43 @@ void add_point(std::vector<ContactPoint>& points, std::size_t first, const Vec3&
   points.push_back(p);
 }
 
-// One patch of the contacts in group `g`, without history.
-void make_patch(const PatchInput& in, PatchScratch& scratch, int g, PatchBuffer& out) {
-  ContactPatch patch;
-  PatchDetail detail;
-  patch.first_point = static_cast<std::uint32_t>(out.points.size());
-  const double contact_margin = in.law.contact_margin;
-  Vec3 sum_of_normals = Vec3::Zero();
+// Sums over the contacts of a group.
+struct GroupSums {
+  Vec3 normals = Vec3::Zero();  // weighted by depth below the contact margin
   Moments moments;
-  std::vector<int>& rest = scratch.stack;  // contacts of the group
-  rest.clear();
+};
+
+// Lists the contacts in group `g` in scratch.stack. Sets the parts of the patch.
+GroupSums collect_group(const PatchInput& in, PatchScratch& scratch, int g, ContactPatch& patch) {
+  std::vector<int>& members = scratch.stack;
+  members.clear();
   for (std::size_t i = 0; i < in.contacts.size(); ++i) {
-    if (scratch.group[i] == g) rest.push_back(static_cast<int>(i));
+    if (scratch.group[i] == g) members.push_back(static_cast<int>(i));
   }
-  for (const int i : rest) {
+  GroupSums sums;
+  for (const int i : members) {
     const PartContact& c = in.contacts[i];
     patch.parts_a |= part_bit(c.a) | c.other_a;
     patch.parts_b |= part_bit(c.b) | c.other_b;
-    moments.add(c.manifold);
+    sums.moments.add(c.manifold);
     double depth = 0;
-    for (const ManifoldPoint& p : c.manifold.points) depth += p.weight * (contact_margin - p.gap);
-    sum_of_normals += depth * c.manifold.normal;
+    for (const ManifoldPoint& p : c.manifold.points)
+      depth += p.weight * (in.law.contact_margin - p.gap);
+    sums.normals += depth * c.manifold.normal;
   }
-  const Vec3 normal = sum_of_normals.normalized();
+  return sums;
+}
+
+// Adds the points of the contacts listed in scratch.stack to a patch with this normal (axes of a).
+// Coplanar contacts contribute the hull of their points. Empties the list.
+void add_points(const PatchInput& in, PatchScratch& scratch, const Vec3& normal,
+                std::uint32_t first_point, std::vector<ContactPoint>& points) {
+  const double contact_margin = in.law.contact_margin;
+  std::vector<int>& rest = scratch.stack;
   const auto add = [&](const PartContact& c, const ManifoldPoint& p) {
     if (p.gap < contact_margin)
-      add_point(out.points, patch.first_point, p.position + turned_about_rounding(c, p, normal),
-                p.gap, p.weight, in.law.merge_distance);
+      add_point(points, first_point, p.position + turned_about_rounding(c, p, normal), p.gap,
+                p.weight, in.law.merge_distance);
   };
   while (!rest.empty()) {
     const PartContact& first = in.contacts[rest[0]];
@@ -176,37 +188,55 @@ void make_patch(const PatchInput& in, PatchScratch& scratch, int g, PatchBuffer&
     }
     rest.erase(rest.begin(), others);
   }
+}
+
+// Turns the weights of points into shares of the stiffness, and moves the points from the axes of a
+// to world axes about their pressure center. Returns that center, m, axes of a; empty: nothing
+// within the margin has an area.
+std::optional<Vec3> share_stiffness(const PatchInput& in, std::span<ContactPoint> points,
+                                    double& area) {
+  double sum = 0, square = 0;
+  Vec3 center = Vec3::Zero();
+  for (const ContactPoint& p : points) {
+    const double d = in.law.contact_margin - p.gap;
+    area += p.stiffness_fraction;
+    sum += p.stiffness_fraction * d;
+    square += p.stiffness_fraction * d * d;
+    center += p.stiffness_fraction * d * p.offset;
+  }
+  if (!(sum > 0)) return std::nullopt;
+  center /= sum;
+  for (ContactPoint& p : points) {
+    p.stiffness_fraction *= square / (sum * sum);
+    p.offset = in.rotation_a * (p.offset - center);
+  }
+  return center;
+}
+
+// One patch of the contacts in group `g`, without history.
+void make_patch(const PatchInput& in, PatchScratch& scratch, int g, PatchBuffer& out) {
+  ContactPatch patch;
+  PatchDetail detail;
+  patch.first_point = static_cast<std::uint32_t>(out.points.size());
+  const GroupSums sums = collect_group(in, scratch, g, patch);
+  const Vec3 normal = sums.normals.normalized();
+  add_points(in, scratch, normal, patch.first_point, out.points);
   const std::size_t count = out.points.size() - patch.first_point;
   if (count > std::numeric_limits<std::uint16_t>::max())
     throw RunError("more than 65535 contact points between two bodies");
   patch.point_count = static_cast<std::uint16_t>(count);
-  ContactPoint* points = out.points.data() + patch.first_point;
-
-  double sum = 0, square = 0;
-  Vec3 center = Vec3::Zero();
-  for (std::uint32_t i = 0; i < patch.point_count; ++i) {
-    const double d = contact_margin - points[i].gap;
-    detail.area += points[i].stiffness_fraction;
-    sum += points[i].stiffness_fraction * d;
-    square += points[i].stiffness_fraction * d * d;
-    center += points[i].stiffness_fraction * d * points[i].offset;
-  }
-  if (!(sum > 0) ||
-      !(sum_of_normals.squaredNorm() > 0)) {  // nothing within the margin that has an area
+  const std::optional<Vec3> center =
+      share_stiffness(in, {out.points.data() + patch.first_point, count}, detail.area);
+  if (!center || !(sums.normals.squaredNorm() > 0)) {
     out.points.resize(patch.first_point);
     return;
   }
-  center /= sum;
-  for (std::uint32_t i = 0; i < patch.point_count; ++i) {
-    points[i].stiffness_fraction *= square / (sum * sum);
-    points[i].offset = in.rotation_a * (points[i].offset - center);
-  }
   patch.normal = in.rotation_a * normal;
-  patch.arm = in.rotation_a * center;
-  patch.torsion_radius = moments.torsion_radius();
+  patch.arm = in.rotation_a * *center;
+  patch.torsion_radius = sums.moments.torsion_radius();
   const ContactBasis basis(patch.normal);
-  patch.elongation =
-      moments.elongation(in.rotation_a.transpose() * basis.u, in.rotation_a.transpose() * basis.v);
+  patch.elongation = sums.moments.elongation(in.rotation_a.transpose() * basis.u,
+                                             in.rotation_a.transpose() * basis.v);
   out.patches.push_back(patch);
   out.details.push_back(detail);
 }

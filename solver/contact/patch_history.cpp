@@ -48,8 +48,8 @@ double work_of_step(const PatchInput& in, const ContactPatch& old) {
 // Updates the match of each point of `fresh` if a point of `old` is nearer than the recorded one.
 void match_points(const PatchInput& in, const ContactPatch& old, const ContactPatch& fresh,
                   const ContactPoint* points, PointMatch* matches) {
-  constexpr double kLoaded =
-      0.01;  // of the loading line: points with less keep no stiffness fraction
+  // Of the loading line: points with less keep no stiffness fraction.
+  constexpr double kLoaded = 0.01;
   for (std::uint32_t i = 0; i < fresh.point_count; ++i) {
     const Vec3 place = fresh.arm + points[i].offset - old.arm;
     for (std::uint32_t k = 0; k < old.point_count; ++k) {
@@ -95,8 +95,8 @@ double capacity(const PatchInput& in, const ContactPatch& patch, const ContactPo
 void load_points(const PatchInput& in, double energy, double force, double work,
                  ContactPatch& patch, ContactPoint* points, PointMatch* matches) {
   constexpr double kMostShare = 4;  // a stiffer point needs a shorter time step
-  constexpr double kLeastScale =
-      0.25;  // of the nominal stiffness; a softer one has too large an overlap
+  // Of the nominal stiffness; a softer one has too large an overlap.
+  constexpr double kLeastScale = 0.25;
   constexpr double kMostCorrection = 0.1;
   const PairCoefficients& law = in.law;
   const PatchMotion motion = motion_at(in, patch, in.velocity);

@@ -10,8 +10,7 @@ namespace firn {
 namespace {
 
 constexpr std::size_t kSpheresPerTask = 256;  // bodies a task
-constexpr std::size_t kSpheresAhead =
-    8;  // bodies to prefetch, because they are in any order in memory
+constexpr std::size_t kSpheresAhead = 8;      // bodies to prefetch: they are scattered in memory
 
 // The bits of x, 21 of them, with room for two more behind each.
 std::uint64_t spread_bits(std::uint64_t x) {

@@ -1,8 +1,11 @@
 // Narrow phase with temporal coherence: tests only pairs whose motion bounds allow a change.
 // Queries their parts and rebuilds their patches.
+#include "solver/contact_detection/find_contacts.h"
+
 #include <fmt/format.h>
 
 #include "solver/contact/surface_contacts.h"
+#include "solver/contact_detection/patch_storage.h"
 #include "solver/contact_detection/relative_poses.h"
 #include "solver/contact_detection/tunneling_guard.h"
 #include "solver/core/prefetch.h"
@@ -254,41 +257,6 @@ void check_fault(const Model& model, const Workspace& w, const State& s,
   }
 }
 
-// Copies the result of a search into the arrays of the state, at the indices of the pair.
-void store(const PatchBuffer& f, Pair& pair, State& s) {
-  const auto patches = static_cast<std::uint32_t>(f.patches.size());
-  for (std::uint32_t k = 0; k < patches; ++k) {
-    ContactPatch& patch = s.patches[pair.first_patch + k];
-    patch = f.patches[k];
-    patch.first_point += pair.first_point;
-  }
-  std::copy(f.details.begin(), f.details.end(), s.patch_details.begin() + pair.first_patch);
-  std::copy(f.points.begin(), f.points.end(), s.points.begin() + pair.first_point);
-  pair.patch_count = patches;
-}
-
-bool fits(const PatchBuffer& f, const Pair& pair) {
-  return f.patches.size() <= pair.patch_capacity && f.points.size() <= pair.point_capacity;
-}
-
-// Moves a pair whose patches or points exceed its capacity to new elements at the end of the
-// arrays.
-void reallocate_patches(const PatchBuffer& f, Pair& pair, State& s) {
-  const auto patches = static_cast<std::uint32_t>(f.patches.size());
-  const auto points = static_cast<std::uint32_t>(f.points.size());
-  if (patches > pair.patch_capacity) {
-    pair.first_patch = static_cast<std::uint32_t>(s.patches.size());
-    pair.patch_capacity = std::max(patches, 2u);
-    s.patches.resize(s.patches.size() + pair.patch_capacity);
-    s.patch_details.resize(s.patches.size());
-  }
-  if (points > pair.point_capacity) {
-    pair.first_point = static_cast<std::uint32_t>(s.points.size());
-    pair.point_capacity = std::max(points, 6u);
-    s.points.resize(s.points.size() + pair.point_capacity);
-  }
-}
-
 // Prefetch the data of pairs further down the list. Their data are scattered: without prefetch, the
 // wait for memory costs as much as the test. prefetch_pair() must come first, because the pair
 // holds the indices of its bodies and contacts. Always inlined, see prefetch.h.
@@ -421,8 +389,8 @@ void search_range(const Model& model, State& s, PairBlock& range, TaskScratch& s
     ++range.contact_searches;
     range.more_patches += static_cast<std::int64_t>(search.found.patches.size()) - pair.patch_count;
     range.more_points += static_cast<std::int64_t>(search.found.points.size()) - points_of(pair, s);
-    if (fits(search.found, pair)) {
-      store(search.found, pair, s);
+    if (patches_fit(search.found, pair)) {
+      store_patches(search.found, pair, s);
       range.refreshed.push_back(active_pair(range, s, p));
       continue;
     }
@@ -452,44 +420,6 @@ void search_ranges(const Model& model, Workspace& w, State& s, std::size_t first
   }
 }
 
-// Removes the holes in the arrays. A pair leaves a hole when it outgrows its capacity or loses its
-// contacts. Every step reads all patches, and contiguous patches are read fastest.
-void compact_patches(int threads, NeighborListBuffers& spare, State& s) {
-  struct Sizes {
-    std::size_t patches = 0, points = 0;
-  };
-  const std::size_t pairs = s.pairs.size(), ranges = (pairs + kPairsPerBlock - 1) / kPairsPerBlock;
-  std::vector<Sizes> first(ranges + 1);
-  parallel_for_blocks(threads, pairs, kPairsPerBlock, [&](std::size_t begin, std::size_t end) {
-    Sizes& size = first[begin / kPairsPerBlock + 1];
-    for (std::size_t p = begin; p < end; ++p) {
-      size.patches += s.pairs[p].patch_count;
-      size.points += static_cast<std::size_t>(points_of(s.pairs[p], s));
-    }
-  });
-  for (std::size_t r = 0; r < ranges; ++r) {
-    first[r + 1].patches += first[r].patches;
-    first[r + 1].points += first[r].points;
-  }
-  resize_discarding(spare.patches, first.back().patches);
-  resize_discarding(spare.patch_details, first.back().patches);
-  resize_discarding(spare.points, first.back().points);
-  parallel_for_blocks(threads, pairs, kPairsPerBlock, [&](std::size_t begin, std::size_t end) {
-    Sizes at = first[begin / kPairsPerBlock];
-    for (std::size_t p = begin; p < end; ++p)
-      copy_contacts(s, s.pairs[p], s.pairs[p], spare, at.patches, at.points);
-  });
-  std::swap(s.patches, spare.patches);
-  std::swap(s.patch_details, spare.patch_details);
-  std::swap(s.points, spare.points);
-}
-
-bool needs_compaction(const Workspace& w, const State& s) {
-  constexpr std::size_t kFew = 1000;  // unused elements that are always accepted
-  return s.patches.size() > static_cast<std::size_t>(w.patches + w.patches / 2) + kFew ||
-         s.points.size() > static_cast<std::size_t>(w.points + w.points / 2) + 2 * kFew;
-}
-
 }  // namespace
 
 void find_contacts(const Model& model, Workspace& w, State& s) {
@@ -510,7 +440,7 @@ void find_contacts(const Model& model, Workspace& w, State& s) {
       ActivePair& refreshed = range.refreshed[range.overflowed[k]];
       Pair& pair = s.pairs[refreshed.pair];
       reallocate_patches(range.found[k], pair, s);
-      store(range.found[k], pair, s);
+      store_patches(range.found[k], pair, s);
       refreshed = active_pair(range, s, refreshed.pair);
     }
   }

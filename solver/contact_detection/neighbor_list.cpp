@@ -1,6 +1,8 @@
 // The neighbor list: rebuilt when a body has moved further than its skin. Pairs that stay keep
 // their contact history. Fast bodies get a wider skin, so that a few falling ones do not force
 // rebuilds for all.
+#include "solver/contact_detection/neighbor_list.h"
+
 #include <algorithm>
 #include <atomic>
 

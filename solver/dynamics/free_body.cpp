@@ -130,6 +130,94 @@ bool is_coupled(const FreeBody& body, const FreeBodyState& at) {
 
 bool is_same(const Vector& a, const Vector& b) { return (a - b).norm() <= kSame * b.norm(); }
 
+// Constants of a half-kick.
+struct HalfKickInput {
+  const FreeBody& body;
+  const std::vector<const Motor*>* motors;  // [joints]
+  const FreeBodyState& at;
+  const Axes& axes;
+  double t, dt, h;  // s; h: half of dt
+  HalfKick half;
+  const double* coordinate;     // [joints]
+  double friction[kMaxJoints];  // N or N m, limit
+};
+
+// Impulses of friction and motors against a jump of the parent, N s or N m s. They count towards
+// the limits of this half step.
+struct JumpImpulses {
+  double friction[kMaxJoints] = {}, motor[kMaxJoints] = {};
+};
+
+// Changes the rates by the jump of the parent. Friction and motors hold joints against it.
+JumpImpulses apply_jump(const HalfKickInput& in, Vector& u) {
+  JumpImpulses out;
+  const FreeBodyState& at = in.at;
+  const Axes& axes = in.axes;
+  const Vector before = u;
+  const Vec3 jump =
+      at.parent_velocity_change + at.parent_angular_velocity_change.cross(at.offset + axes.arm);
+  u -= axes.mass.inverse() *
+       (axes.velocity.transpose() * (in.body.mass * jump) +
+        axes.angular_velocity.transpose() * (axes.inertia * at.parent_angular_velocity_change));
+  const Matrix mobility = axes.mass.inverse();
+  const auto hold = [&](std::size_t k, double most) {
+    const auto i = static_cast<Eigen::Index>(k);
+    const double given = std::clamp((before[i] - u[i]) / mobility(i, i), -most, most);
+    u += mobility.col(i) * given;
+    return given;
+  };
+  for (std::size_t k = 0; k < in.body.joints.size(); ++k) {
+    const double rate = before[static_cast<Eigen::Index>(k)];
+    if (is_at(rate, 0) && in.friction[k] > 0) out.friction[k] = hold(k, in.h * in.friction[k]);
+    for (const Motor* motor : in.motors[k]) {
+      const bool holds =
+          motor->acts(in.t) &&
+          is_at(rate, motor_target_rate(*motor, in.coordinate[k], in.dt, HalfKick::second));
+      if (holds) out.motor[k] += hold(k, in.h * motor->max_load);
+    }
+  }
+  return out;
+}
+
+// Rates after the half-kick from `start`, by the forces at the rates `u`. `inverse`: see
+// response(). `motor_impulse`: [joints] N s or N m s.
+Vector kicked(const HalfKickInput& in, const Vector& start, const Matrix& inverse,
+              const JumpImpulses& given_before, const Vector& u, KickResult& result,
+              double* motor_impulse) {
+  const double h = in.h;
+  Vector impulse = h * forces_at(in.body, in.axes, in.at, u);
+  for (std::size_t k = 0; k < in.body.joints.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    const Joint& axis = in.body.joints[k];
+    impulse[i] += h * (spring_load(axis, in.coordinate[k]) - axis.damping * start[i]);
+  }
+  Vector now = start + inverse * impulse;
+  result = {};
+  const auto push = [&](std::size_t k, double wanted, double least, double most, double spent) {
+    const auto i = static_cast<Eigen::Index>(k);
+    const double needed = (wanted - now[i]) / inverse(i, i);
+    const double given = std::clamp(needed, least - spent, most - spent);
+    now += inverse.col(i) * given;
+    result.held[k] = given == needed;
+    return given;
+  };
+  for (std::size_t k = 0; k < in.body.joints.size(); ++k) {
+    double spent = given_before.motor[k];
+    motor_impulse[k] = spent;
+    const double friction = h * in.friction[k];
+    if (in.friction[k] > 0) push(k, 0, -friction, friction, given_before.friction[k]);
+    for (const Motor* motor : in.motors[k]) {
+      if (!motor->acts(in.t)) continue;
+      result.driven = true;
+      const double rate = start[static_cast<Eigen::Index>(k)];
+      motor_impulse[k] += push(k, motor_target_rate(*motor, in.coordinate[k], in.dt, in.half),
+                               -h * motor_load_limit(*motor, -rate),
+                               h * motor_load_limit(*motor, rate), std::exchange(spent, 0));
+    }
+  }
+  return now;
+}
+
 }  // namespace
 
 KickResult integrate_free_body(const FreeBody& body, const Vec3& origin,
@@ -138,78 +226,21 @@ KickResult integrate_free_body(const FreeBody& body, const Vec3& origin,
   const Axes axes(body, origin, at.parent, at.rotation);
   const Eigen::Index n = axes.velocity.cols();
   const double h = 0.5 * dt;
-  Vector u = rates(motion, n);
-  double friction[kMaxJoints] = {};  // N or N m, the most
+  HalfKickInput in{body, motors, at, axes, t, dt, h, half, motion.coordinate, {}};
   for (std::size_t k = 0; k < body.joints.size(); ++k)
-    friction[k] = friction_limit(body.joints[k], at.parent * body.joints[k].direction, at.bearing);
-  // Impulses of friction and motors against a jump of the parent. They count towards the limits of
-  // this half step.
-  double friction_given[kMaxJoints] = {}, drive_given[kMaxJoints] = {};
-  if (half == HalfKick::first && at.parent_moves) {
-    const Vector before = u;
-    const Vec3 jump =
-        at.parent_velocity_change + at.parent_angular_velocity_change.cross(at.offset + axes.arm);
-    u -= axes.mass.inverse() *
-         (axes.velocity.transpose() * (body.mass * jump) +
-          axes.angular_velocity.transpose() * (axes.inertia * at.parent_angular_velocity_change));
-    const Matrix mobility = axes.mass.inverse();
-    const auto hold = [&](std::size_t k, double most) {
-      const auto i = static_cast<Eigen::Index>(k);
-      const double given = std::clamp((before[i] - u[i]) / mobility(i, i), -most, most);
-      u += mobility.col(i) * given;
-      return given;
-    };
-    for (std::size_t k = 0; k < body.joints.size(); ++k) {
-      const double rate = before[static_cast<Eigen::Index>(k)];
-      if (is_at(rate, 0) && friction[k] > 0) friction_given[k] = hold(k, h * friction[k]);
-      for (const Motor* motor : motors[k]) {
-        const bool holds =
-            motor->acts(t) &&
-            is_at(rate, motor_target_rate(*motor, motion.coordinate[k], dt, HalfKick::second));
-        if (holds) drive_given[k] += hold(k, h * motor->max_load);
-      }
-    }
-  }
+    in.friction[k] =
+        friction_limit(body.joints[k], at.parent * body.joints[k].direction, at.bearing);
+  Vector u = rates(motion, n);
+  JumpImpulses given;
+  if (half == HalfKick::first && at.parent_moves) given = apply_jump(in, u);
   const Vector start = u;
   const Matrix inverse = response(body, axes.mass, h);
   KickResult result;
   double motor_impulse[kMaxJoints] = {};
-  const auto kicked = [&](const Vector& rates_of_forces) {
-    Vector impulse = h * forces_at(body, axes, at, rates_of_forces);
-    for (std::size_t k = 0; k < body.joints.size(); ++k) {
-      const auto i = static_cast<Eigen::Index>(k);
-      const Joint& axis = body.joints[k];
-      impulse[i] += h * (spring_load(axis, motion.coordinate[k]) - axis.damping * start[i]);
-    }
-    Vector now = start + inverse * impulse;
-    result = {};
-    const auto push = [&](std::size_t k, double wanted, double least, double most, double spent) {
-      const auto i = static_cast<Eigen::Index>(k);
-      const double needed = (wanted - now[i]) / inverse(i, i);
-      const double given = std::clamp(needed, least - spent, most - spent);
-      now += inverse.col(i) * given;
-      result.held[k] = given == needed;
-      return given;
-    };
-    for (std::size_t k = 0; k < body.joints.size(); ++k) {
-      double spent = drive_given[k];
-      motor_impulse[k] = spent;
-      if (friction[k] > 0) push(k, 0, -h * friction[k], h * friction[k], friction_given[k]);
-      for (const Motor* motor : motors[k]) {
-        if (!motor->acts(t)) continue;
-        result.driven = true;
-        const double rate = start[static_cast<Eigen::Index>(k)];
-        motor_impulse[k] += push(k, motor_target_rate(*motor, motion.coordinate[k], dt, half),
-                                 -h * motor_load_limit(*motor, -rate),
-                                 h * motor_load_limit(*motor, rate), std::exchange(spent, 0));
-      }
-    }
-    return now;
-  };
-  u = kicked(start);
+  u = kicked(in, start, inverse, given, start, result, motor_impulse);
   if (half == HalfKick::first && is_coupled(body, at)) {
     for (int r = 0; r < kMostRepetitions; ++r) {
-      const Vector next = kicked(u);
+      const Vector next = kicked(in, start, inverse, given, u, result, motor_impulse);
       const bool done = is_same(next, u);
       u = next;
       if (done) break;

@@ -8,7 +8,9 @@
 #include <utility>
 
 #include "solver/dynamics/cam.h"
+#include "solver/dynamics/constraint_solver.h"
 #include "solver/dynamics/joint_impulses.h"
+#include "solver/dynamics/mechanism_tree.h"
 #include "solver/dynamics/multibody_tree.h"
 
 namespace firn {
@@ -24,45 +26,6 @@ constexpr int kMostRepetitions = 200;
 // Errors of couplings, m or 1: those below kMet count as zero, and those from kUnmet on as a
 // failure.
 constexpr double kMet = 1e-13, kUnmet = 1e-7;
-// Threshold below which rows of couplings are linearly dependent.
-constexpr double kDependent = 1e-11;
-
-// Least-squares solution of minimum norm. Rows are scaled first, so that their units have no
-// effect.
-class ConstraintSolver {
- public:
-  explicit ConstraintSolver(const MatrixXd& matrix) {
-    // Rows along which nothing can move contain only rounding errors.
-    const double least =
-        kDependent * (matrix.rows() > 0 ? matrix.diagonal().cwiseAbs().maxCoeff() : 0);
-    scale_ = VectorXd::Zero(matrix.rows());
-    for (Eigen::Index i = 0; i < matrix.rows(); ++i)
-      if (const double d = std::abs(matrix(i, i)); d > least) scale_[i] = 1 / std::sqrt(d);
-    factors_.setThreshold(kDependent);
-    if (matrix.rows() > 0) factors_.compute(scale_.asDiagonal() * matrix * scale_.asDiagonal());
-  }
-  MatrixXd solve(const MatrixXd& right) const {
-    if (right.rows() == 0) return right;
-    return scale_.asDiagonal() * factors_.solve(MatrixXd(scale_.asDiagonal() * right));
-  }
-
- private:
-  VectorXd scale_;
-  Eigen::CompleteOrthogonalDecomposition<MatrixXd> factors_;
-};
-
-TreeLoop::Kind loop_kind(Coupling::Kind kind) {
-  switch (kind) {
-    case Coupling::Kind::hinge:
-      return TreeLoop::Kind::hinge;
-    case Coupling::Kind::weld:
-      return TreeLoop::Kind::weld;
-    case Coupling::Kind::slot:
-      return TreeLoop::Kind::slot;
-    default:
-      return TreeLoop::Kind::ball;
-  }
-}
 
 }  // namespace
 
@@ -84,47 +47,13 @@ struct Mechanism::Impl {
   VectorXd damping, armature, stiffness;                   // [coordinates]
   MultibodyTree tree;
 
-  static std::vector<TreeBody> bodies_of(const std::vector<MotionFrame>& all,
-                                         const MechanismMembers& members) {
-    std::vector<TreeBody> bodies;
-    for (const int f : members.frames) {
-      const MotionFrame& frame = all[static_cast<std::size_t>(f)];
-      TreeBody body;
-      body.parent = number_of(members, free_frame(all, frame.parent));
-      body.origin = frame.origin;
-      body.mass = frame.free->mass;
-      body.center = frame.free->center;
-      body.inertia = frame.free->inertia;
-      for (const Joint& j : frame.free->joints)
-        body.joints.push_back({j.kind == Joint::Kind::rotation, j.direction});
-      bodies.push_back(std::move(body));
-    }
-    return bodies;
-  }
-  static int number_of(const MechanismMembers& members, int frame) {
-    const auto at = std::ranges::find(members.frames, frame);
-    return at == members.frames.end() ? -1 : static_cast<int>(at - members.frames.begin());
-  }
-  static std::vector<TreeLoop> loops_of(const std::vector<MotionFrame>& all,
-                                        const std::vector<Coupling>& couplings,
-                                        const MechanismMembers& members) {
-    std::vector<TreeLoop> loops;
-    for (const int c : members.couplings) {
-      const Coupling& one = couplings[static_cast<std::size_t>(c)];
-      if (one.ties_joints()) continue;
-      loops.push_back({loop_kind(one.kind), number_of(members, free_frame(all, one.a)),
-                       number_of(members, free_frame(all, one.b)), one.position, one.direction});
-    }
-    return loops;
-  }
-
   Impl(const std::vector<MotionFrame>& all, const std::vector<Coupling>& given,
        MechanismMembers with)
-      : members(std::move(with)), tree(bodies_of(all, members), loops_of(all, given, members)) {
+      : members(std::move(with)), tree(tree_bodies(all, members), tree_loops(all, given, members)) {
     for (const int f : members.frames) {
       const MotionFrame& frame = all[static_cast<std::size_t>(f)];
       frames.push_back(&frame);
-      parent_body.push_back(number_of(members, free_frame(all, frame.parent)));
+      parent_body.push_back(body_number(members, free_frame(all, frame.parent)));
     }
     name = frames.front()->name;
     const int n = tree.coordinates();
@@ -145,8 +74,8 @@ struct Mechanism::Impl {
       const Coupling& one = given[static_cast<std::size_t>(c)];
       couplings.push_back(&one);
       Tie tie;
-      const int a = number_of(members, free_frame(all, one.a));
-      tie.body_b = number_of(members, free_frame(all, one.b));
+      const int a = body_number(members, free_frame(all, one.a));
+      tie.body_b = body_number(members, free_frame(all, one.b));
       if (one.ties_joints()) {
         tie.coordinate_a = tree.coordinate(a, one.joint_a);
         tie.coordinate_b = tree.coordinate(tie.body_b, one.joint_b);
@@ -321,48 +250,68 @@ struct Mechanism::Impl {
     }
   }
 
-  std::vector<JointLoad> kick(const MechanismState& s, HalfKick half) {
+  // Equations of a half-kick: resists u = known + h f(q, u) + g^T l, with the bounded impulses.
+  struct KickEquations {
+    VectorXd q, start;  // coordinates; rates before
+    MatrixXd resists;   // mass, and damping as far as it is implicit
+    MatrixXd mobility;  // inverse of `resists`
+    MatrixXd g, along;  // of the constraints; mobility g^T
+    ConstraintSolver constraint;
+    VectorXd known;  // impulses that do not depend on the new rates
+  };
+  KickEquations kick_equations(const MechanismState& s, HalfKick half) {
     const bool first = half == HalfKick::first;
     const double h = 0.5 * s.dt;
-    const VectorXd q = gather(s, &FreeBodyMotion::coordinate),
-                   start = gather(s, &FreeBodyMotion::rate);
+    VectorXd q = gather(s, &FreeBodyMotion::coordinate), start = gather(s, &FreeBodyMotion::rate);
     tree.place(q, start);
     const MatrixXd mass = mass_matrix();
     MatrixXd resists = mass;
     if (first) resists.diagonal() += h * damping;
-    const MatrixXd mobility = resists.llt().solve(MatrixXd::Identity(mass.rows(), mass.cols()));
-    const MatrixXd g = constraint_matrix(q);
-    const MatrixXd along = mobility * g.transpose();
-    const ConstraintSolver constraint(g * along);
-    const MatrixXd tied_mobility = mobility - along * constraint.solve(along.transpose());
-
+    MatrixXd mobility = resists.llt().solve(MatrixXd::Identity(mass.rows(), mass.cols()));
+    MatrixXd g = constraint_matrix(q);
+    MatrixXd along = mobility * g.transpose();
+    ConstraintSolver constraint(g * along);
     VectorXd known = mass * start;
     if (first) {
       known += jump(s);
     } else {
       known -= h * damping.cwiseProduct(start);
     }
-    JointImpulses holds(bounded_impulses(s, half, q, start), tied_mobility, mobility);
-    VectorXd u = start, applied, end = q;
+    return {std::move(q), std::move(start), std::move(resists),    std::move(mobility),
+            std::move(g), std::move(along), std::move(constraint), std::move(known)};
+  }
+
+  struct KickSolution {
+    VectorXd u;        // rates
+    VectorXd applied;  // impulses without constraints and bounded impulses
+    VectorXd end;      // coordinates at the end of the step
+  };
+  // Repeats the kick until the rates, and after the first half-kick the couplings at the end of the
+  // step, have converged. Throws RunError when the couplings cannot be met.
+  KickSolution solve_kick(const MechanismState& s, HalfKick half, const KickEquations& e,
+                          JointImpulses& holds) {
+    const bool first = half == HalfKick::first;
+    const double h = 0.5 * s.dt;
+    KickSolution out{e.start, VectorXd(), e.q};
     // Target rates of the constraints: zero, or those that close the couplings at the end of the
     // step.
-    VectorXd wanted = VectorXd::Zero(g.rows());
+    VectorXd wanted = VectorXd::Zero(e.g.rows());
     double error = 0;
     for (int r = 0; r < kMostRepetitions; ++r) {
-      if (r > 0) tree.place(q, u);
-      applied = known + h * forces(s, q);
-      VectorXd next = mobility * applied;
+      if (r > 0) tree.place(e.q, out.u);
+      out.applied = e.known + h * forces(s, e.q);
+      VectorXd next = e.mobility * out.applied;
       // Rounding error of terms that may cancel, for example when friction holds a load.
       const double small =
-          kSameRates * (mobility.cwiseAbs() * applied.cwiseAbs()).lpNorm<Eigen::Infinity>();
-      next -= along * constraint.solve(g * next - wanted);
+          kSameRates * (e.mobility.cwiseAbs() * out.applied.cwiseAbs()).lpNorm<Eigen::Infinity>();
+      next -= e.along * e.constraint.solve(e.g * next - wanted);
       holds.apply(next, small);
-      const bool is_same = !first || (next - u).lpNorm<Eigen::Infinity>() <= small;
-      u = next;
-      if (first) end = q + s.dt * u;
-      if (first && g.rows() > 0) {
-        tree.place(end, u);
-        const VectorXd errors = constraint_errors(end);
+      const bool is_same = !first || (next - out.u).lpNorm<Eigen::Infinity>() <= small;
+      out.u = next;
+      if (first) out.end = e.q + s.dt * out.u;
+      if (first && e.g.rows() > 0) {
+        tree.place(out.end, out.u);
+        const VectorXd errors = constraint_errors(out.end);
         const double before = std::exchange(error, errors.lpNorm<Eigen::Infinity>());
         // Due to rounding, the error may stop decreasing above kMet.
         const bool is_met = error <= kMet || (r > 5 && error < kUnmet && error >= before);
@@ -377,12 +326,20 @@ struct Mechanism::Impl {
           fmt::format("the mechanism of the motion frame \"{}\" cannot meet its couplings "
                       "at {:.6g} s: they are off by {:.3g}",
                       name, s.time, error));
+    return out;
+  }
+
+  std::vector<JointLoad> kick(const MechanismState& s, HalfKick half) {
+    const KickEquations e = kick_equations(s, half);
+    const MatrixXd tied_mobility = e.mobility - e.along * e.constraint.solve(e.along.transpose());
+    JointImpulses holds(bounded_impulses(s, half, e.q, e.start), tied_mobility, e.mobility);
+    const KickSolution solution = solve_kick(s, half, e, holds);
     holds.share();
-    tree.place(q, u);
-    const VectorXd multipliers =
-        constraint.solve(along.transpose() * (resists * u - applied - holds.impulses()));
-    scatter(s, &FreeBodyMotion::coordinate, end);
-    scatter(s, &FreeBodyMotion::rate, u);
+    tree.place(e.q, solution.u);
+    const VectorXd multipliers = e.constraint.solve(
+        e.along.transpose() * (e.resists * solution.u - solution.applied - holds.impulses()));
+    scatter(s, &FreeBodyMotion::coordinate, solution.end);
+    scatter(s, &FreeBodyMotion::rate, solution.u);
     return coupling_loads(s, multipliers);
   }
 

@@ -36,7 +36,8 @@ struct Box {
 };
 
 // A tree of bounding boxes: node n has the children 2 n + 1 and 2 n + 2, each with half of its
-// triangles.
+// triangles. AabbTree (solver/collision/broadphase.h) does not replace it: the order of the pairs
+// decides which example a message names, and a query here neither allocates memory nor sorts.
 class TriangleTree {
  public:
   explicit TriangleTree(std::vector<Box> boxes) : boxes_(std::move(boxes)), order_(boxes_.size()) {
@@ -274,41 +275,42 @@ bool is_inside(const Surface& surface, const Shell& shell, const Shell& other) {
   return false;
 }
 
-}  // namespace
+using ShellPair = std::pair<int, int>;  // first triangles, ascending
 
-MeshConflicts find_conflicts(const TriangleMesh& mesh) {
-  MeshConflicts result;
-  const Surface surface(mesh);
-  const auto note = [&result](MeshConflict::Kind kind, int triangle, int other, const Vec3& place) {
-    const bool known = std::ranges::any_of(
-        result.examples, [kind](const MeshConflict& c) { return c.kind == kind; });
-    if (!known) result.examples.push_back({kind, triangle, other, place});
-  };
+// Adds an example of a conflict if there is none of its kind yet.
+void add_example(MeshConflicts& result, const MeshConflict& found) {
+  const bool known = std::ranges::any_of(
+      result.examples, [&](const MeshConflict& c) { return c.kind == found.kind; });
+  if (!known) result.examples.push_back(found);
+}
 
-  const int count = static_cast<int>(mesh.triangles.size());
-  std::vector<Box> boxes;
-  for (int i = 0; i < count; ++i) boxes.push_back(surface.box(i));
-  std::set<std::pair<int, int>> overlapping;
+// Counts the pairs of triangles of one shell that cross. Returns the pairs of shells that overlap.
+std::set<ShellPair> find_crossings(const Surface& surface, const std::vector<Box>& boxes,
+                                   MeshConflicts& result) {
+  std::set<ShellPair> overlapping;
   TriangleTree(boxes).pairs([&](int i, int j) {
     if (result.intersections + overlapping.size() >= kMost) return;
     const int a = surface.shell(i), b = surface.shell(j);
-    const std::pair<int, int> shells(std::min(a, b), std::max(a, b));
+    const ShellPair shells(std::min(a, b), std::max(a, b));
     const bool same = shells.first == shells.second;
     if (!same && overlapping.contains(shells)) return;
     const std::optional<Vec3> place = surface.crossing(i, j);
     if (!place) return;
     if (same) ++result.intersections;
     if (!same) overlapping.insert(shells);
-    note(same ? MeshConflict::Kind::crossing : MeshConflict::Kind::overlapping, i, j, *place);
+    const auto kind = same ? MeshConflict::Kind::crossing : MeshConflict::Kind::overlapping;
+    add_example(result, {kind, i, j, *place});
   });
   result.overlapping_shells = static_cast<int>(overlapping.size());
+  return overlapping;
+}
 
-  const MeshDefects defects = inspect(mesh);
-  if (defects.open_edges || defects.nonmanifold_edges || defects.flipped_edges) return result;
+// In order of their first triangles.
+std::vector<Shell> shells_of(const Surface& surface, const std::vector<Box>& boxes) {
   std::vector<Shell> shells;
-  std::vector<int> index(mesh.triangles.size(), -1);
-  const Vec3 origin = count > 0 ? surface.corner(0, 0) : Vec3(Vec3::Zero());
-  for (int i = 0; i < count; ++i) {
+  std::vector<int> index(boxes.size(), -1);
+  const Vec3 origin = boxes.empty() ? Vec3(Vec3::Zero()) : surface.corner(0, 0);
+  for (int i = 0; i < static_cast<int>(boxes.size()); ++i) {
     int& at = index[surface.shell(i)];
     if (at < 0) {
       at = static_cast<int>(shells.size());
@@ -321,7 +323,13 @@ MeshConflicts find_conflicts(const TriangleMesh& mesh) {
                         .dot((surface.corner(i, 1) - origin).cross(surface.corner(i, 2) - origin)) /
                     6;
   }
-  // Outside all other shells a shell faces outwards, inside one that does it is a cavity.
+  return shells;
+}
+
+// Counts the closed shells that face the wrong way. Outside all other shells a shell faces
+// outwards, inside one that does it is a cavity.
+void find_misplaced_shells(const Surface& surface, const std::vector<Shell>& shells,
+                           const std::set<ShellPair>& overlapping, MeshConflicts& result) {
   for (const Shell& shell : shells) {
     if (result.nested_shells + result.inverted_shells >= kMostShells) break;
     int depth = 0, around = -1;
@@ -336,9 +344,23 @@ MeshConflicts find_conflicts(const TriangleMesh& mesh) {
     const bool outwards = shell.volume > 0;
     if (depth == (outwards ? 0 : 1)) continue;
     ++(outwards ? result.nested_shells : result.inverted_shells);
-    note(outwards ? MeshConflict::Kind::nested : MeshConflict::Kind::inverted, shell.triangles[0],
-         around, surface.center(shell.triangles[0]));
+    const auto kind = outwards ? MeshConflict::Kind::nested : MeshConflict::Kind::inverted;
+    const int first = shell.triangles[0];
+    add_example(result, {kind, first, around, surface.center(first)});
   }
+}
+
+}  // namespace
+
+MeshConflicts find_conflicts(const TriangleMesh& mesh) {
+  MeshConflicts result;
+  const Surface surface(mesh);
+  std::vector<Box> boxes;
+  for (int i = 0; i < static_cast<int>(mesh.triangles.size()); ++i) boxes.push_back(surface.box(i));
+  const std::set<ShellPair> overlapping = find_crossings(surface, boxes, result);
+  const MeshDefects defects = inspect(mesh);
+  if (defects.open_edges || defects.nonmanifold_edges || defects.flipped_edges) return result;
+  find_misplaced_shells(surface, shells_of(surface, boxes), overlapping, result);
   return result;
 }
 

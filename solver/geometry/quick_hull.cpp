@@ -174,11 +174,30 @@ class Builder {
   // Extends the hull to the farthest point of a facet. False when rounding forbids it.
   bool add_point(int first) {
     const int eye = facets_[first].farthest;
+    find_visible(first, eye);
+    find_horizon();
+    const bool closes = make_fresh(eye);
+    for (const auto& edge : horizon_) edge_to_[edge[0]] = -1;
+    for (const int v : visible_) state_[v] = 0;
+    if (!closes || fresh_.size() < 3) return false;
+    const std::size_t base = facets_.size();
+    append_fresh();
+    for (const int v : visible_) {
+      facets_[v].alive = false;
+      for (int p = facets_[v].first_above; p >= 0;) {
+        const int next = next_[p];
+        if (p != eye) assign_points(p, base);
+        p = next;
+      }
+    }
+    return true;
+  }
+
+  // Lists and marks the facets that are seen from a point, starting at one of them.
+  void find_visible(int first, int eye) {
     visible_ = {first};
     state_.resize(facets_.size(), 0);
     state_[first] = 1;
-    horizon_.clear();
-    bool simple = true;
     for (std::size_t i = 0; i < visible_.size(); ++i) {
       const Facet& f = facets_[visible_[i]];
       for (int k = 0; k < 3; ++k) {
@@ -190,6 +209,11 @@ class Builder {
         }
       }
     }
+  }
+
+  // Lists the edges between visible and other facets.
+  void find_horizon() {
+    horizon_.clear();
     for (const int v : visible_) {
       const Facet& f = facets_[v];
       for (int k = 0; k < 3; ++k) {
@@ -198,6 +222,12 @@ class Builder {
         }
       }
     }
+  }
+
+  // Makes the facets from the horizon to the point, numbered from the end of facets_. False when
+  // the horizon is no simple loop, or a facet has no plane. Writes edge_to_ along the horizon.
+  bool make_fresh(int eye) {
+    bool simple = true;
     fresh_.clear();
     const int base = static_cast<int>(facets_.size());
     for (const auto& [a, b, outer] : horizon_) {
@@ -215,9 +245,11 @@ class Builder {
       fresh_[i].neighbors[1] = next;
       fresh_[next - base].neighbors[2] = base + static_cast<int>(i);
     }
-    for (const auto& edge : horizon_) edge_to_[edge[0]] = -1;
-    for (const int v : visible_) state_[v] = 0;
-    if (!simple || fresh_.size() < 3) return false;
+    return simple;
+  }
+
+  // Adds the new facets to the hull, next to the facets beyond the horizon.
+  void append_fresh() {
     for (const auto& f : fresh_) {
       const int index = static_cast<int>(facets_.size());
       Facet& outer = facets_[f.neighbors[0]];
@@ -228,15 +260,6 @@ class Builder {
       }
       facets_.push_back(f);
     }
-    for (const int v : visible_) {
-      facets_[v].alive = false;
-      for (int p = facets_[v].first_above; p >= 0;) {
-        const int next = next_[p];
-        if (p != eye) assign_points(p, static_cast<std::size_t>(base));
-        p = next;
-      }
-    }
-    return true;
   }
 
   QuickHull finish() const {

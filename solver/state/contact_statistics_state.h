@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "firn/contact_statistics.h"
+#include "firn/model.h"
 
 namespace firn {
 
@@ -49,5 +50,8 @@ struct StatisticsState {
   std::vector<double> finished_intervals;        // s, start and end of each
   std::vector<TriangleSums> finished_triangles;  // of each interval, concatenated
 };
+
+// State before the first step, with arrays sized for the options of the model.
+StatisticsState empty_statistics(const Model& model);
 
 }  // namespace firn

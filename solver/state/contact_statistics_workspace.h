@@ -1,5 +1,4 @@
-// Scratch memory and tables of the statistics (solver/include/firn/contact_statistics.h), and the
-// functions of their phase.
+// Scratch memory and tables of the statistics (solver/include/firn/contact_statistics.h).
 #pragma once
 
 #include <cstdint>
@@ -10,10 +9,6 @@
 #include "solver/state/contact_statistics_state.h"
 
 namespace firn {
-
-struct PairBlock;
-struct State;
-struct Workspace;
 
 // Work taken from the bodies by one patch in this step, J: stored in springs or dissipated.
 struct PatchWork {
@@ -38,8 +33,8 @@ struct TriangleLoad {
   std::uint32_t triangle = 0;
   double normal_force = 0, friction = 0;  // N
   Vec3 force = Vec3::Zero();              // N, on the boundary, its axes
-  double sliding_speed =
-      0;  // m/s, slip speed of the patch times the share of the point; 0: sticking
+  // m/s, slip speed of the patch times the share of the point; 0: sticking
+  double sliding_speed = 0;
   double sliding_power = 0;  // N m/s
   double friction_work = 0;  // J
 };
@@ -69,19 +64,5 @@ struct StatisticsWorkspace {
   std::vector<double> force;               // N, [triangles] 0 between two steps
   std::vector<std::uint32_t> touched;      // triangles
 };
-
-// State before the first step, with arrays sized for the options of the model.
-StatisticsState empty_statistics(const Model& model);
-
-// Functions of the phase.
-void update_contact_events(const Model& model, Workspace& workspace, State& state);
-void record_compressive_loads(const Model& model, Workspace& workspace, State& state);
-void sum_triangle_loads(const Model& model, Workspace& workspace, State& state);
-
-// Moves the sums up to this step to the finished intervals.
-void end_load_interval(const Model& model, std::uint64_t step, StatisticsState& statistics);
-
-// Open contacts, in order of their start and bodies.
-std::vector<ContactEvent> open_events(const Model& model, const State& state);
 
 }  // namespace firn

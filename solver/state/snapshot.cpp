@@ -6,7 +6,8 @@
 #include <limits>
 #include <type_traits>
 
-#include "solver/state/contact_statistics_workspace.h"
+#include "firn/word_hash.h"
+#include "solver/state/contact_statistics_state.h"
 
 namespace firn {
 
@@ -63,7 +64,7 @@ class Reader {
 // Neither writes nor reads: hashes what belongs to each group.
 class Hasher {
  public:
-  void group(const char* name) { groups.push_back({name, kStart}); }
+  void group(const char* name) { groups.push_back({name, kWordHashStart}); }
   template <class T>
   void value(const T& v) {
     mix(&v, sizeof(T));
@@ -76,20 +77,8 @@ class Hasher {
   std::vector<GroupHash> groups;
 
  private:
-  static constexpr std::uint64_t kStart = 14695981039346656037ull;
-
-  // FNV-1a over words of eight bytes, the last one padded with zeros. The shift lets high bits of a
-  // word reach the low ones of the hash.
   void mix(const void* from, std::size_t n) {
-    const auto* p = static_cast<const std::byte*>(from);
-    std::uint64_t h = groups.back().hash;
-    for (std::size_t i = 0; i < n; i += sizeof(std::uint64_t)) {
-      std::uint64_t word = 0;
-      std::memcpy(&word, p + i, std::min(sizeof(word), n - i));
-      h = (h ^ word) * 1099511628211ull;
-      h ^= h >> 29;
-    }
-    groups.back().hash = h;
+    groups.back().hash = hash_words(groups.back().hash, from, n);
   }
 };
 
@@ -330,11 +319,8 @@ std::vector<GroupHash> hash_groups(const State& state) {
 }
 
 std::uint64_t combined(const std::vector<GroupHash>& groups) {
-  std::uint64_t all = 14695981039346656037ull;
-  for (const GroupHash& g : groups) {
-    all = (all ^ g.hash) * 1099511628211ull;
-    all ^= all >> 29;
-  }
+  std::uint64_t all = kWordHashStart;
+  for (const GroupHash& g : groups) all = hash_word(all, g.hash);
   return all;
 }
 

@@ -17,6 +17,7 @@
 #include "solver/core/parallel.h"
 #include "solver/dynamics/mechanism.h"
 #include "solver/dynamics/rigid_body.h"
+#include "solver/state/bond_workspace.h"
 #include "solver/state/contact_statistics_workspace.h"
 #include "solver/state/neighbor_list_arrays.h"
 #include "solver/state/neighbor_list_pieces.h"
@@ -118,24 +119,6 @@ struct LoadIndex {
   HugePageVector<std::uint32_t> loads;  // into Workspace::loads
 };
 
-// The six dampers of a bond.
-struct BeamDampers {
-  Vec6 constants;  // N s/m and N m s/rad
-  Mat6 implicit;   // (1 + dt/2 mobility constants)^-1
-};
-
-struct BondWorkspace {
-  explicit BondWorkspace(const Model& model);
-
-  std::vector<BeamSprings> stiffness;  // [bonds]
-  std::vector<BeamDampers> dampers;    // [bonds]
-  // The bonds of particle i are ends[first[i]] ... ends[first[i + 1] - 1], ascending: twice the
-  // number of the bond, and 1 more for its end b.
-  std::vector<std::uint32_t> first;  // [particles + 1]
-  std::vector<std::uint32_t> ends;   // [2 * bonds]
-  std::vector<double> lost;          // [bonds] J, in the present step
-};
-
 // Geometry of a boundary contact for the contact search.
 struct BoundaryContactTable {
   PairCoefficients law;
@@ -210,38 +193,8 @@ struct Workspace {
   int shapes = 0, columns = 0;
 };
 
-// The phases of a step, in order (see Solver::step). Also makes the first half-kick of free bodies.
-void advance_boundaries(const Model& model, Workspace& workspace, State& state);
-// `both_kicks`: also makes the deferred second half-kick of the last step.
-void integrate_positions(const Model& model, Workspace& workspace, State& state, bool both_kicks);
-void update_neighbor_list(const Model& model, Workspace& workspace, State& state);
-void find_contacts(const Model& model, Workspace& workspace, State& state);
-void build_pair_blocks(const Model& model, Workspace& workspace,
-                       const State& state);  // after a new list
-void contact_forces(const Model& model, Workspace& workspace, State& state);
-void boundary_contacts(const Model& model, Workspace& workspace, State& state);  // if there are any
-void update_statistics(const Model& model, Workspace& workspace, State& state);  // if asked for
-void finish_velocities(const Model& model, const Workspace& workspace, State& state);
-// Second half-kick of free bodies, and impulses on frames.
-void finish_frames(const Model& model, Workspace& workspace, State& state);
-// Whether the state is checked after this step.
-bool is_check_step(const State& state);
-void check_state(const Model& model, const Workspace& workspace, State& state);
-
-// Force and torque (about the origin of the frame) of contacts on all boundaries that the frame
-// carries, at this step.
-BodyLoad load_on_frame(const Model& model, const State& state, int frame);
-BoundaryContactState boundary_contact_state(const Workspace& workspace, const State& state,
-                                            std::size_t number);
-// Places boundaries and frames at t = 0.
-void place_boundaries(const Model& model, State& state);
-void start_frame(const Model& model, const FrameStart& start, State& state);
-
-// Energy of the present state, J.
-Energy energy_of(const Model& model, const Workspace& workspace, const State& state);
-// Kinetic plus gravitational energy of one particle, J.
-double particle_energy(const Model& model, const Workspace& workspace, const State& state,
-                       int particle);
+// After a new neighbor list: finds the ranges of pairs and their bodies.
+void build_pair_blocks(const Model& model, Workspace& workspace, const State& state);
 
 // "particle 3" or "boundary "floor"".
 std::string name_of_body(const Model& model, int body);

@@ -1,4 +1,6 @@
 // Two-sided loads on particles, over every step (see CompressiveLoad).
+#include "solver/statistics/compressive_loads.h"
+
 #include <algorithm>
 #include <utility>
 

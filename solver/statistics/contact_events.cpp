@@ -2,6 +2,8 @@
 //
 // Ranges of pairs are read in parallel, each into separate notes. New and ended contacts are then
 // processed in order, range by range, so that every number of threads gives the same bytes.
+#include "solver/statistics/contact_events.h"
+
 #include <algorithm>
 #include <tuple>
 

@@ -1,4 +1,6 @@
 // Loads on the triangles of boundaries, over every step (see TriangleSums).
+#include "solver/statistics/triangle_loads.h"
+
 #include "solver/state/workspace.h"
 
 namespace firn {

@@ -33,18 +33,6 @@ double energy_now(const Model& model, const BondWorkspace& w, const State& s, st
                         pose_of(model.beams[b.law], b, body(s, b.a), body(s, b.b)));
 }
 
-BeamDampers dampers_of(const Model& model, const Bond& bond) {
-  const BeamLaw& law = model.beams[bond.law];
-  const Shape &a = shape_of(model, bond.a), &b = shape_of(model, bond.b);
-  const BeamSprings c = damping_of(law, bond, a, b);
-  BeamDampers out;
-  out.constants << c.linear, c.angular;
-  const Mat6 half =
-      0.5 * model.timestep * mobility_of(law, bond, a, b) * out.constants.asDiagonal();
-  out.implicit = (Mat6::Identity() + half).inverse();
-  return out;
-}
-
 // The body with its accelerations by a load in the place of its velocities.
 BodyInMotion accelerated(const Model& model, const State& s, int particle, const Vec3& force,
                          const Vec3& torque) {
@@ -125,26 +113,6 @@ void for_bonds_of(const BondWorkspace& w, int particle, const Visit& visit) {
 }
 
 }  // namespace
-
-BondWorkspace::BondWorkspace(const Model& model)
-    : first(model.particles.size() + 1, 0),
-      ends(2 * model.bonds.size()),
-      lost(model.bonds.size(), 0) {
-  for (const Bond& b : model.bonds) {
-    const BeamLaw& law = model.beams[b.law];
-    stiffness.push_back(stiffness_of(law));
-    dampers.push_back(dampers_of(model, b));
-    ++first[b.a + 1];
-    ++first[b.b + 1];
-  }
-  for (std::size_t i = 0; i + 1 < first.size(); ++i) first[i + 1] += first[i];
-  std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
-  for (std::size_t k = 0; k < model.bonds.size(); ++k) {
-    const auto number = static_cast<std::uint32_t>(k);
-    ends[next[model.bonds[k].a]++] = 2 * number;
-    ends[next[model.bonds[k].b]++] = 2 * number + 1;
-  }
-}
 
 void compute_bond_forces(const Model& model, int threads, BondWorkspace& w, State& s) {
   parallel_for_blocks(threads, model.bonds.size(), kBondsPerTask,

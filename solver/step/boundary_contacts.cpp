@@ -1,6 +1,8 @@
 // Phase: contacts of boundaries with each other. There are few, so that they go one after the other
 // through the functions that the batches of particle contacts are made of: the same search, the
 // same patches with their memory, the same force law.
+#include "solver/step/boundary_contacts.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>

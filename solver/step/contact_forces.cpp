@@ -1,5 +1,7 @@
 // Contact forces of all patches, summed per body: first within each range of pairs, then over the
 // ranges, in an order that is the same for any number of threads.
+#include "solver/step/contact_forces.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>

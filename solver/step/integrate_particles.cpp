@@ -1,5 +1,7 @@
 // Kicks and drifts of all present particles, eight side by side: each lane does what half_kick()
 // and rotate_torque_free() do, in the same order of operations.
+#include "solver/step/integrate_particles.h"
+
 #include <algorithm>
 
 #include "solver/core/prefetch.h"

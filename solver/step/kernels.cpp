@@ -1,7 +1,10 @@
 // Compiled with each set of kernels; FIRN_KERNELS is its function and FIRN_KERNELS_NAME its name.
 #include "solver/step/kernels.h"
 
-#include "solver/state/workspace.h"
+#include "solver/contact_detection/find_contacts.h"
+#include "solver/contact_detection/neighbor_list.h"
+#include "solver/step/contact_forces.h"
+#include "solver/step/integrate_particles.h"
 
 namespace firn {
 

@@ -1,10 +1,14 @@
 // Motion frames and the boundaries that they carry.
+#include "solver/step/moving_boundaries.h"
+
 #include <algorithm>
 #include <vector>
 
 #include "firn/rigid_motion.h"
 #include "solver/dynamics/free_body.h"
 #include "solver/state/workspace.h"
+#include "solver/step/frame_poses.h"
+#include "solver/step/joint_reactions.h"
 
 namespace firn {
 
@@ -70,8 +74,6 @@ void apply_all(const std::vector<Motion>& motions, std::size_t mover, const Vec3
   if (!place.turned.isZero(0)) place.orientation.normalize();
 }
 
-using RotationMap = Eigen::Map<const Mat3>;
-
 // Rotation vector from one orientation to the next, rad.
 Vec3 rotation_vector(const Mat3& from, const Mat3& to) {
   const Eigen::AngleAxisd turn(Quat(Mat3(to * from.transpose())));
@@ -86,10 +88,6 @@ Vec3 mean_angular_velocity(const Vec3& carrier_angular_velocity, const Mat3& car
   if (carrier_angular_velocity.isZero(0) || turned.isZero(0))
     return carrier_angular_velocity + carrier * turned / dt;
   return rotation_vector(from, to) / dt;
-}
-
-Vec3 origin_of(const Model& model, int frame) {
-  return frame < 0 ? Vec3(Vec3::Zero()) : model.frames[static_cast<std::size_t>(frame)].origin;
 }
 
 // `parents`: poses of the frames when the loads act. Velocities of the frames come from the state.
@@ -239,16 +237,6 @@ void kick_mechanism(const Model& model, State& s, const std::vector<FrameMotion>
   }
 }
 
-// Position of a free body in the axes of its parent.
-Vec3 position_of(const FreeBody& body, const Vec3& rest, const FrameMotion& motion) {
-  Vec3 position = rest;
-  for (std::size_t k = 0; k < body.joints.size(); ++k) {
-    if (body.joints[k].kind == Joint::Kind::translation)
-      position += body.joints[k].direction * motion.coordinate[k];
-  }
-  return position;
-}
-
 // Sets the orientation of a body on joints, and its rotation since `before`.
 void turn_member(const FreeBody& body, const FrameMotion& before, const FrameMotion& now,
                  Place& place) {
@@ -257,76 +245,6 @@ void turn_member(const FreeBody& body, const FrameMotion& before, const FrameMot
     if (joint.kind != Joint::Kind::rotation) continue;
     place.orientation = Quat(Eigen::AngleAxisd(now.coordinate[k], joint.direction));
     place.turned = joint.direction * (now.coordinate[k] - before.coordinate[k]);
-  }
-}
-
-// Impulse on a free body over the step by everything except contacts and gravity, N s, and N m s
-// about the body's origin. Computed from the change of the momenta since the step before, with the
-// loads and poses at the start of the step.
-JointLoad other_impulse(const Model& model, const FreeBody& body, const Vec3& origin,
-                        const BodyLoad& load, const FrameMotion& before, const FrameMotion& now,
-                        JointReaction& joint) {
-  JointLoad other;
-  const double dt = model.timestep;
-  const RotationMap from(before.rotation), to(now.rotation);
-  const Vec3 arm = from * (body.center - origin);
-  const Vec3 velocity = now.velocity + (to * (body.center - origin) - arm) / dt;
-  const Mat3 inertia =
-      0.5 * (from * body.inertia * from.transpose() + to * body.inertia * to.transpose());
-  const Vec3 angular_momentum = inertia * now.angular_velocity;
-  if (joint.known > 0) {
-    const Vec3 momentum =
-        body.mass * (velocity - joint.center_velocity) - body.mass * model.gravity * dt;
-    other.force = momentum - load.force * dt;
-    other.torque =
-        angular_momentum - joint.angular_momentum + arm.cross(momentum) - load.torque * dt;
-  }
-  joint.center_velocity = velocity;
-  joint.angular_momentum = angular_momentum;
-  joint.known = 1;
-  return other;
-}
-
-// `parent`: impulse of the parent over a step of dt s.
-void note_reaction(const JointLoad& parent, double dt, JointReaction& joint) {
-  joint.force = parent.force / dt;
-  joint.torque = parent.torque / dt;
-  joint.impulse += parent.force;
-  joint.angular_impulse += parent.torque;
-}
-
-// Records the reactions in the joints of a mechanism, from the last bodies to the first. The
-// reaction in a joint is the impulse on its body, without that of couplings, plus the reactions in
-// the joints of the bodies that are attached to it.
-void note_reactions(const Model& model, State& s, const std::vector<FrameMotion>& before,
-                    const std::vector<BodyLoad>& loads, const Mechanism& mechanism) {
-  const MechanismMembers& members = mechanism.members();
-  std::vector<JointLoad> borne(model.frames.size());
-  const auto add = [&](int frame, const Vec3& at, const Vec3& force, const Vec3& torque) {
-    const int f = free_frame(model.frames, frame);
-    if (f < 0) return;
-    JointLoad& load = borne[static_cast<std::size_t>(f)];
-    load.force += force;
-    load.torque += torque + (at - before[static_cast<std::size_t>(f)].position).cross(force);
-  };
-  for (const int c : members.couplings) {
-    const Coupling& coupling = model.couplings[static_cast<std::size_t>(c)];
-    if (coupling.ties_joints()) continue;  // through the bearings
-    const CouplingReaction& memory = s.couplings[static_cast<std::size_t>(c)];
-    add(coupling.b, memory.position, -memory.half_impulse, -memory.half_angular_impulse);
-    add(coupling.a, memory.position, memory.half_impulse, memory.half_angular_impulse);
-  }
-  for (std::size_t k = members.frames.size(); k-- > 0;) {
-    const auto f = static_cast<std::size_t>(members.frames[k]);
-    const MotionFrame& frame = model.frames[f];
-    const bool is_known = s.joint_reactions[f].known > 0;
-    const JointLoad own = other_impulse(model, *frame.free, frame.origin, loads[f], before[f],
-                                        s.frames[f], s.joint_reactions[f]);
-    if (!is_known) continue;
-    borne[f].force += own.force;
-    borne[f].torque += own.torque;
-    note_reaction(borne[f], model.timestep, s.joint_reactions[f]);
-    add(frame.parent, before[f].position, borne[f].force, borne[f].torque);
   }
 }
 
@@ -373,7 +291,7 @@ void advance_frame(const Model& model, State& s, std::size_t f, bool is_member,
   const bool is_known = s.joint_reactions[f].known > 0;
   const JointLoad other = other_impulse(model, *frame.free, frame.origin, load, before[f], motion,
                                         s.joint_reactions[f]);
-  if (is_known) note_reaction(other, dt, s.joint_reactions[f]);
+  if (is_known) record_reaction(other, dt, s.joint_reactions[f]);
 }
 
 void advance_boundary(const Model& model, State& s, std::size_t b, BoundaryMotionScratch& scratch) {
@@ -421,7 +339,7 @@ void advance_boundaries(const Model& model, Workspace& w, State& s) {
     advance_frame(model, s, f, of >= 0, scratch);
   }
   for (const Mechanism& mechanism : w.mechanisms)
-    note_reactions(model, s, scratch.frames, scratch.loads, mechanism);
+    record_reactions(model, s, scratch.frames, scratch.loads, mechanism);
   for (std::size_t b = 0; b < model.boundaries.size(); ++b) advance_boundary(model, s, b, scratch);
 }
 
@@ -442,96 +360,6 @@ void finish_frames(const Model& model, Workspace& w, State& s) {
     }
     s.frames[f].impulse += load.force * model.timestep;
     s.frames[f].angular_impulse += load.torque * model.timestep;
-  }
-}
-
-// Until a step has been made, joints bear the weights of their bodies as drawn.
-void estimate_reactions(const Model& model, State& s) {
-  for (std::size_t f = model.frames.size(); f-- > 0;) {
-    const MotionFrame& frame = model.frames[f];
-    if (!frame.free) continue;
-    JointReaction& joint = s.joint_reactions[f];
-    const Vec3 support = -frame.free->mass * model.gravity;
-    joint.force += support;
-    joint.torque += (frame.free->center - frame.origin).cross(support);
-    const int below = free_frame(model.frames, frame.parent);
-    if (below < 0) continue;
-    JointReaction& carrier = s.joint_reactions[static_cast<std::size_t>(below)];
-    const Vec3 arm = frame.origin - model.frames[static_cast<std::size_t>(below)].origin;
-    carrier.force += joint.force;
-    carrier.torque += joint.torque + arm.cross(joint.force);
-  }
-}
-
-void place_boundaries(const Model& model, State& s) {
-  const std::size_t n = model.particles.size();
-  s.frames.resize(model.frames.size());
-  s.joint_reactions.resize(model.frames.size());
-  s.couplings.resize(model.couplings.size());
-  for (std::size_t c = 0; c < model.couplings.size(); ++c)
-    s.couplings[c].position = model.couplings[c].position;
-  s.frame_position.resize(model.frames.size());
-  s.frame_orientation.resize(model.frames.size(), Quat::Identity());
-  for (std::size_t f = 0; f < model.frames.size(); ++f) {
-    const MotionFrame& frame = model.frames[f];
-    s.frames[f].position = frame.origin;
-    s.frame_position[f] = frame.origin - origin_of(model, frame.parent);
-  }
-  estimate_reactions(model, s);
-  s.boundary_position.resize(model.boundaries.size());
-  s.boundary_orientation.resize(model.boundaries.size());
-  for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
-    const Boundary& boundary = model.boundaries[b];
-    s.motion[n + b].position = boundary.origin;
-    s.orientation[n + b] = boundary.orientation;
-    s.boundary_position[b] = boundary.origin - origin_of(model, boundary.frame);
-    s.boundary_orientation[b] = boundary.orientation;
-  }
-}
-
-void start_frame(const Model& model, const FrameStart& start, State& s) {
-  const auto f = static_cast<std::size_t>(start.frame);
-  const MotionFrame& frame = model.frames[f];
-  FrameMotion& motion = s.frames[f];
-  const FrameMotion world;
-  const FrameMotion& parent =
-      frame.parent < 0 ? world : s.frames[static_cast<std::size_t>(frame.parent)];
-  const Mat3 axes = RotationMap(parent.rotation);
-  const Quat turned = (Quat(axes).conjugate() * start.orientation).normalized();
-  Place place{axes.transpose() * (start.position - parent.position), turned};
-  if (frame.free) {
-    std::ranges::copy(start.coordinates, motion.coordinate);
-    std::ranges::copy(start.rates, motion.rate);
-    if (frame.free->free_rotation)
-      Eigen::Map<Vec3>(motion.rate + frame.free->joints.size()) =
-          axes.transpose() * start.relative_angular_velocity;
-    place.position =
-        position_of(*frame.free, frame.origin - origin_of(model, frame.parent), motion);
-    if (!frame.free->free_rotation) place.orientation = Quat::Identity();
-    for (std::size_t k = 0; k < frame.free->joints.size(); ++k) {
-      const Joint& axis = frame.free->joints[k];
-      if (axis.kind == Joint::Kind::rotation)
-        place.orientation = Quat(Eigen::AngleAxisd(motion.coordinate[k], axis.direction));
-    }
-  }
-  s.frame_position[f] = place.position;
-  s.frame_orientation[f] = place.orientation;
-  for (std::size_t k = f; k < model.frames.size(); ++k) {
-    const int above = model.frames[k].parent;
-    if (!descends_from(model.frames, static_cast<int>(k), start.frame)) continue;
-    const FrameMotion& carrier = above < 0 ? world : s.frames[static_cast<std::size_t>(above)];
-    const Mat3 turn = RotationMap(carrier.rotation);
-    s.frames[k].position = carrier.position + turn * s.frame_position[k];
-    Eigen::Map<Mat3>(s.frames[k].rotation) = turn * s.frame_orientation[k].toRotationMatrix();
-  }
-  for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
-    const int carrier = model.boundaries[b].frame;
-    if (!descends_from(model.frames, carrier, start.frame)) continue;
-    const FrameMotion& at = s.frames[static_cast<std::size_t>(carrier)];
-    const std::size_t body = model.particles.size() + b;
-    const Mat3 turn = RotationMap(at.rotation);
-    s.motion[body].position = at.position + turn * s.boundary_position[b];
-    s.orientation[body] = (Quat(turn) * s.boundary_orientation[b]).normalized();
   }
 }
 

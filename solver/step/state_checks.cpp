@@ -1,4 +1,6 @@
 // Energy accounts, and the checks that stop a run which went wrong.
+#include "solver/step/state_checks.h"
+
 #include <fmt/format.h>
 
 #include "solver/state/workspace.h"

@@ -13,9 +13,9 @@ using testing::box_planes;
 using testing::Random;
 using testing::slabs;
 
-constexpr double kShell = 20e-6;     // m
-constexpr double kEdgeWidth = 1e-4;  // of the pair's size: least width of an edge
-constexpr double kTiny = 1e-15;      // m, rounding of a few centimeters
+constexpr double kNarrowShell = 20e-6;  // m
+constexpr double kEdgeWidth = 1e-4;     // of the pair's size: least width of an edge
+constexpr double kTiny = 1e-15;         // m, rounding of a few centimeters
 
 Pose at(const Vec3& translation, const Mat3& rotation = Mat3::Identity()) {
   return {rotation, translation};
@@ -24,7 +24,8 @@ Mat3 turn(double angle, const Vec3& axis) {
   return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
 }
 
-Manifold meet(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double shell = kShell) {
+Manifold meet(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a,
+              double shell = kNarrowShell) {
   GjkCache cold;
   Manifold out;
   collide(a, b, b_in_a, shell, cold, out);
@@ -83,7 +84,7 @@ TEST(Collide, FarApartGivesALowerBoundWithinAFifth) {
     const Pose pose = at(random.uniform(0.02, 0.05) * random.direction(), random.rotation());
     GjkCache cache;
     const double gap = core_distance(a, a, pose, cache) - 2e-3;
-    if (gap <= kShell) continue;
+    if (gap <= kNarrowShell) continue;
     const Manifold m = meet(a, a, pose);
     EXPECT_TRUE(m.points.empty());
     EXPECT_LE(m.gap, gap + kTiny);
@@ -215,7 +216,7 @@ TEST(Collide, ParallelEdgesMeetOverTheirOverlapAndTurnIntoAPoint) {
     EXPECT_LT(m.gap, -3.9e-6) << angle;
     double nearest = 1;
     for (const auto& p : m.points) nearest = std::min(nearest, p.gap);
-    EXPECT_NEAR(nearest, m.gap, 0.25 * kShell) << angle;
+    EXPECT_NEAR(nearest, m.gap, 0.25 * kNarrowShell) << angle;
     // 14 mm edges shifted by 5 mm: 9 mm; from then on the overlap can only shrink.
     if (angle <= 1e-9) {
       // Two roundings of 1 mm are one of half a millimeter.
@@ -438,7 +439,7 @@ TEST(Collide, FlatFaceOnAPieceThatLeansToItsSeamStays) {
 TEST(CollidePlane, FaceEdgeAndCorner) {
   const ConvexPart a = box({10e-3, 8e-3, 5e-3}, 1e-3);
   Manifold m;
-  collide_plane(a, Vec3::UnitZ(), -5e-3 + 4e-6, kShell, m);
+  collide_plane(a, Vec3::UnitZ(), -5e-3 + 4e-6, kNarrowShell, m);
   EXPECT_NEAR(m.gap, -4e-6, kTiny);
   EXPECT_NEAR((m.normal + Vec3::UnitZ()).norm(), 0, 1e-15);
   ASSERT_EQ(m.points.size(), 4u);
@@ -449,17 +450,17 @@ TEST(CollidePlane, FaceEdgeAndCorner) {
 
   const Vec3 edge_up = Vec3(0, 1, 1).normalized();  // lowest: the edge along x at -y, -z
   const double reach = (7e-3 + 4e-3) / std::sqrt(2) + 1e-3;
-  collide_plane(a, edge_up, -reach + 4e-6, kShell, m);
+  collide_plane(a, edge_up, -reach + 4e-6, kNarrowShell, m);
   EXPECT_NEAR(m.gap, -4e-6, kTiny);
   ASSERT_EQ(m.points.size(), 2u);
   EXPECT_NEAR(weight(m), 2 * std::sqrt(2 * 1e-3 * 4e-6) * 18e-3, 1e-12);
 
   const Vec3 corner_up = Vec3(1, 1, 1).normalized();
-  collide_plane(a, corner_up, -(9e-3 + 7e-3 + 4e-3) / std::sqrt(3) - 1e-3 + 4e-6, kShell, m);
+  collide_plane(a, corner_up, -(9e-3 + 7e-3 + 4e-3) / std::sqrt(3) - 1e-3 + 4e-6, kNarrowShell, m);
   EXPECT_NEAR(m.gap, -4e-6, kTiny);
   ASSERT_EQ(m.points.size(), 1u);
 
-  collide_plane(a, Vec3::UnitZ(), -6e-3, kShell, m);
+  collide_plane(a, Vec3::UnitZ(), -6e-3, kNarrowShell, m);
   EXPECT_NEAR(m.gap, 1e-3, kTiny);
   EXPECT_TRUE(m.points.empty());
 }
@@ -471,13 +472,13 @@ TEST(CollidePlane, HoldsEveryVertexBelowHoweverDeepAndTilted) {
   for (int i = 0; i < 2000; ++i) {
     const Vec3 n = random.direction();
     const double offset = random.uniform(-15e-3, 15e-3);
-    collide_plane(a, n, offset, kShell, m);
+    collide_plane(a, n, offset, kNarrowShell, m);
     double lowest = 1;
     std::size_t below = 0;
     for (int v = 0; v < a.vertex_count; ++v) {
       const double gap = n.dot(a.vertex(v)) - offset - 1e-3;
       lowest = std::min(lowest, gap);
-      below += gap < kShell;
+      below += gap < kNarrowShell;
     }
     EXPECT_NEAR(m.gap, lowest, kTiny);
     EXPECT_EQ(m.points.size(), below);
@@ -495,13 +496,13 @@ TEST(CollidePlane, SlabsAddUpToTheWholeFace) {
     const Vec3 n = turn(tilt, Vec3::UnitY()) * Vec3::UnitZ();
     const double offset = -5e-3 + 10e-6;
     Manifold one;
-    collide_plane(whole, n, offset, kShell, one);
+    collide_plane(whole, n, offset, kNarrowShell, one);
     const Load expected = load({one});
     for (int count = 2; count <= 12; ++count) {
       std::vector<Manifold> pieces;
       double area = 0;
       for (const ConvexPart& slab : slabs(half, 1e-3, count)) {
-        collide_plane(slab, n, offset, kShell, pieces.emplace_back());
+        collide_plane(slab, n, offset, kNarrowShell, pieces.emplace_back());
         if (!pieces.back().points.empty()) area += pieces.back().area;
       }
       const Load got = load(pieces);
@@ -518,7 +519,7 @@ TEST(CollidePlane, InternalFaceIsNeverTheContact) {
   const auto parts = slabs({12e-3, 8e-3, 5e-3}, 1e-3, 3);
   Manifold m;
   // The middle slab stands on its cut; the slab below it is the one that touches.
-  collide_plane(parts[1], Vec3::UnitX(), -4e-3 + 5e-6, kShell, m);
+  collide_plane(parts[1], Vec3::UnitX(), -4e-3 + 5e-6, kNarrowShell, m);
   EXPECT_TRUE(m.points.empty());
   EXPECT_NEAR(m.gap, -1e-3 - 5e-6, kTiny);  // a seam's sweep reaches beyond it
 }

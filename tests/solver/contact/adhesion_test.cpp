@@ -121,7 +121,9 @@ TEST(Adhesion, PullOffGrowsWithThePreload) {
   const double deepest = 1e-4, step = 1e-9, e2 = kRestitution * kRestitution;
   double force = kStiffness * deepest, most = 0;
   for (double s = deepest; s > 0; s -= step) {
-    force = normal_force(force, kStiffness, kStiffness / e2, law.minimum_unloading_ratio, s, -step);
+    const double previous = force;
+    compute_normal_force(previous, kStiffness, kStiffness / e2, law.minimum_unloading_ratio, s,
+                         -step, force);
     most = std::max(most, adhesion_of(law, point, -s, 1).force - force);
   }
   const double there = deepest * (1 - e2) / (1 - law.minimum_unloading_ratio * e2);

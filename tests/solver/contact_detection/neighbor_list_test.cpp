@@ -1,4 +1,6 @@
 // The neighbor list against lists that try everything, for scenes and boxes thrown at random.
+#include "solver/contact_detection/neighbor_list.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,6 +9,7 @@
 
 #include "solver/contact_detection/bounding_spheres.h"
 #include "solver/state/workspace.h"
+#include "solver/step/initial_state.h"
 #include "tests/support/dice.h"
 #include "validation/verification/fixtures/scenes.h"
 

@@ -5,6 +5,7 @@
 #include "solver/contact_detection/relative_poses.h"
 #include "solver/dynamics/rigid_body.h"
 #include "solver/state/workspace.h"
+#include "solver/step/integrate_particles.h"
 #include "tests/support/dice.h"
 #include "validation/verification/fixtures/scenes.h"
 

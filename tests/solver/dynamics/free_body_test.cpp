@@ -32,13 +32,13 @@ MotionFrame free_frame(double mass, const Vec3& center, const Mat3& inertia,
   return frame;
 }
 
-Joint hinge(const Vec3& direction) {
+Joint free_hinge(const Vec3& direction) {
   Joint axis;
   axis.direction = direction;
   return axis;
 }
 
-Joint slider(const Vec3& direction) {
+Joint free_slider(const Vec3& direction) {
   Joint axis;
   axis.kind = Joint::Kind::translation;
   axis.direction = direction;
@@ -51,7 +51,7 @@ constexpr double kMass = 0.3, kArm = 0.2, kOwn = 1e-3, kAboutHinge = kOwn + kMas
 MotionFrame pendulum(double angle, const Vec3& pivot = Vec3::Zero()) {
   MotionFrame frame =
       free_frame(kMass, pivot + kArm * Vec3(std::sin(angle), 0, -std::cos(angle)),
-                 Mat3(Vec3(2e-3, kOwn, 3e-3).asDiagonal()), {hinge(-Vec3::UnitY())});
+                 Mat3(Vec3(2e-3, kOwn, 3e-3).asDiagonal()), {free_hinge(-Vec3::UnitY())});
   frame.origin = pivot;
   return frame;
 }
@@ -85,7 +85,7 @@ TEST(FreeBody, PendulumSwingsWithThePeriodOfTheEllipticIntegral) {
 }
 
 TEST(FreeBody, SliderOnSpringAndDamperFollowsTheClosedForm) {
-  Joint axis = slider(Vec3::UnitX());
+  Joint axis = free_slider(Vec3::UnitX());
   axis.stiffness = 50;
   axis.damping = 0.8;
   axis.spring_reference = 0.1;
@@ -100,7 +100,7 @@ TEST(FreeBody, SliderOnSpringAndDamperFollowsTheClosedForm) {
 TEST(FreeBody, FrictionHoldsUpToItsLimitExactlyAndTakesItBeyond) {
   const double weight = 0.5 * kG;
   for (const double share : {1.001, 0.6}) {
-    Joint axis = slider(Vec3::UnitZ());
+    Joint axis = free_slider(Vec3::UnitZ());
     axis.friction = share * weight;
     Solver solver(scene(free_frame(0.5, Vec3::Zero(), Mat3::Identity(), {axis})));
     scenes::run(solver, 0.2);
@@ -111,7 +111,7 @@ TEST(FreeBody, FrictionHoldsUpToItsLimitExactlyAndTakesItBeyond) {
 
 TEST(FreeBody, DriveSpeedsUpByItsLimitThenHoldsItsSpeedExactly) {
   const double inertia = 2e-3, limit = 0.04, speed = 4;
-  Joint axis = hinge(Vec3::UnitX());
+  Joint axis = free_hinge(Vec3::UnitX());
   Motor motor;
   motor.speed = speed;
   motor.max_load = limit;
@@ -131,7 +131,7 @@ TEST(FreeBody, DriveSpeedsUpByItsLimitThenHoldsItsSpeedExactly) {
 TEST(FreeBody, DriveWithATargetGoesThereHoldsAndLetsGo) {
   // The sensing arm: lifted by 45 degrees, held, and let fall onto its stop, twice.
   MotionFrame frame = free_frame(0.04, {0.06, 0, 0}, 6e-5 * Mat3::Identity(), {});
-  Joint axis = hinge(-Vec3::UnitY());
+  Joint axis = free_hinge(-Vec3::UnitY());
   axis.lower = 0;
   Motor lift;
   lift.speed = 75 * kDegToRad / 0.6;
@@ -156,7 +156,7 @@ TEST(FreeBody, DriveWithATargetGoesThereHoldsAndLetsGo) {
 }
 
 TEST(FreeBody, StopTurnsTheMotionRoundByItsRestitution) {
-  Joint axis = slider(Vec3::UnitZ());
+  Joint axis = free_slider(Vec3::UnitZ());
   axis.lower = -0.05;
   axis.limit_restitution = 0.4;
   Solver solver(scene(free_frame(0.5, Vec3::Zero(), Mat3::Identity(), {axis})));
@@ -196,7 +196,7 @@ TEST(FreeBody, FrictionOfABearingFollowsWhatItBears) {
   for (int i = 0; i < 500; ++i) {
     const Vec3 direction = vector().normalized();
     const JointLoad load{10 * vector(), vector()};
-    Joint joint = i % 2 == 0 ? hinge(direction) : slider(direction);
+    Joint joint = i % 2 == 0 ? free_hinge(direction) : free_slider(direction);
     joint.friction = positive(random);
     EXPECT_EQ(friction_limit(joint, direction, load), joint.friction);
     joint.friction_coefficient = positive(random);
@@ -239,7 +239,7 @@ TEST(FreeBody, TorqueFreeBodyKeepsItsMomentumAndEnergy) {
   EXPECT_LT(solver.frames()[1].angular_velocity.norm(), 1e-9);
   // One that falls and may turn falls like any other, and does not turn.
   for (const int along : {0, 1, 2})
-    model.frames[1].free->joints.push_back(slider(Vec3::Unit(along)));
+    model.frames[1].free->joints.push_back(free_slider(Vec3::Unit(along)));
   model.frames[1].free->center = {0.01, 0.02, 0.03};
   model.frames[0].motions.clear();
   model.gravity = {0, 0, -kG};
@@ -293,8 +293,9 @@ TEST(FreeBody, PendulumOnATurntableSwingsAboutTheOutwardDirection) {
   turn.kind = Motion::Kind::rotation;
   turn.angular_speed = kAngularSpeed;
   table.motions = {turn};
-  MotionFrame hung = free_frame(kMass, {kRadius + kArm * std::cos(0.1), kArm * std::sin(0.1), 0},
-                                Mat3(Vec3(2e-3, 1e-3, kOwn).asDiagonal()), {hinge(Vec3::UnitZ())});
+  MotionFrame hung =
+      free_frame(kMass, {kRadius + kArm * std::cos(0.1), kArm * std::sin(0.1), 0},
+                 Mat3(Vec3(2e-3, 1e-3, kOwn).asDiagonal()), {free_hinge(Vec3::UnitZ())});
   hung.origin = {kRadius, 0, 0};
   hung.parent = 0;
   Model model = scene(table);
@@ -328,7 +329,7 @@ void add_plate(Model& model, int frame, const Vec3& center) {
 TEST(FreeBody, CubeOnAHingedPlateBendsItsSpring) {
   // Hinge along y at x = 0; the cube lies at x = 0.15: k q = m g x cos q, and the plate is hinged
   // at its center of mass.
-  Joint axis = hinge(Vec3::UnitY());
+  Joint axis = free_hinge(Vec3::UnitY());
   axis.stiffness = 2;
   axis.damping = 0.05;
   MotionFrame frame = free_frame(0.5, Vec3::Zero(), 2e-3 * Mat3::Identity(), {axis});
@@ -354,7 +355,8 @@ TEST(FreeBody, CubeOnAHingedPlateBendsItsSpring) {
 
 TEST(FreeBody, CollisionWithASliderKeepsMomentumAndItsRestitution) {
   const double m = 0.02, heavy = 0.05, speed = 0.5, e = 0.3;
-  MotionFrame frame = free_frame(heavy, Vec3::Zero(), Mat3::Identity(), {slider(Vec3::UnitX())});
+  MotionFrame frame =
+      free_frame(heavy, Vec3::Zero(), Mat3::Identity(), {free_slider(Vec3::UnitX())});
   frame.name = "slider";
   Model model = scenes::empty(scenes::law(0, e), scenes::law(0, e));
   model.gravity = Vec3::Zero();
@@ -497,9 +499,9 @@ TEST(MotionFrames, AreRefusedWhereTheyCannotWork) {
   moved.parent = 0;
   moved.motions.push_back({});
   EXPECT_NE(complaint({arm, moved}).find("has motions on the free frame"), std::string::npos);
-  arm.free->joints.push_back(hinge(Vec3::UnitX()));
+  arm.free->joints.push_back(free_hinge(Vec3::UnitX()));
   EXPECT_NE(complaint({arm}).find("more than one axis"), std::string::npos);
-  arm.free->joints = {slider(Vec3::UnitX()), slider(Vec3::UnitX())};
+  arm.free->joints = {free_slider(Vec3::UnitX()), free_slider(Vec3::UnitX())};
   EXPECT_NE(complaint({arm}).find("two of them are the same"), std::string::npos);
   arm.free->joints.clear();
   EXPECT_NE(complaint({arm}).find("no joint"), std::string::npos);
@@ -512,7 +514,8 @@ TEST(MotionFrames, AreRefusedWhereTheyCannotWork) {
 }
 
 TEST(MotionFrames, ALightFreeBodyShortensTheTimeStep) {
-  MotionFrame frame = free_frame(0.002, Vec3::Zero(), Mat3::Identity(), {slider(Vec3::UnitX())});
+  MotionFrame frame =
+      free_frame(0.002, Vec3::Zero(), Mat3::Identity(), {free_slider(Vec3::UnitX())});
   Model model = scene(frame);
   add_plate(model, -1, Vec3::Zero());
   model.boundaries[0].rigid = true;

@@ -14,7 +14,7 @@ namespace {
 using testing::HasSubstr;
 
 // An axis-aligned box from one corner.
-TriangleMesh box(const Vec3& low, const Vec3& size) {
+TriangleMesh mesh_box(const Vec3& low, const Vec3& size) {
   TriangleMesh mesh;
   for (int i = 0; i < 8; ++i)
     mesh.vertices.push_back(low + Vec3(i & 1, i >> 1 & 1, i >> 2).cwiseProduct(size));
@@ -23,7 +23,7 @@ TriangleMesh box(const Vec3& low, const Vec3& size) {
   return mesh;
 }
 
-TriangleMesh cube(const Vec3& low, double size) { return box(low, Vec3::Constant(size)); }
+TriangleMesh cube(const Vec3& low, double size) { return mesh_box(low, Vec3::Constant(size)); }
 
 TriangleMesh flipped(TriangleMesh mesh) {
   for (auto& t : mesh.triangles) std::swap(t[0], t[1]);
@@ -105,7 +105,7 @@ TEST(MeshConflicts, OfRandomBoxes) {
     const bool nested = holds(low, size, other, other_size) || holds(other, other_size, low, size);
     const Counts expected = overlap.minCoeff() <= 0 ? kNone : nested ? kNested : kOverlap;
     ++seen[overlap.minCoeff() <= 0 ? 0 : nested ? 1 : 2];
-    TriangleMesh mesh = together(box(low, size), box(other, other_size));
+    TriangleMesh mesh = together(mesh_box(low, size), mesh_box(other, other_size));
     const Mat3 turn = Quat(unit(random), unit(random), unit(random), unit(random) - 0.5)
                           .normalized()
                           .toRotationMatrix();

@@ -40,7 +40,7 @@ struct Dice {
   std::mt19937_64 random;
 };
 
-ShapeOptions ice() {
+ShapeOptions ice_options() {
   ShapeOptions options;
   options.density = 916.7;
   options.young_modulus = 1e7;
@@ -84,7 +84,7 @@ void check_solid(const std::string& family, std::uint64_t member, const Triangle
                std::to_string(mesh.triangles.size()) + " triangles");
   ASSERT_TRUE(inspect(mesh).is_valid()) << inspect(mesh).to_message();
   const std::clock_t begun = std::clock();
-  const Shape shape = make_mesh(mesh, ice());
+  const Shape shape = make_mesh(mesh, ice_options());
   [[maybe_unused]] const double seconds =
       static_cast<double>(std::clock() - begun) / CLOCKS_PER_SEC;
   const double edge = shape.box.minCoeff(), size = shape.box.norm();
@@ -103,7 +103,7 @@ void check_solid(const std::string& family, std::uint64_t member, const Triangle
   EXPECT_LE(shape.rounding, 0.02 * edge);
 
   // No slivers: 2.8 % of the smallest edge, or 28 % of the solid's own walls.
-  ShapeOptions sharp = ice();
+  ShapeOptions sharp = ice_options();
   sharp.rounding = 0;
   const Shape shape_of_pieces = make_mesh(mesh, sharp);
   const double thinnest = 0.5625 * std::min(0.05 * edge, 0.5 * wall_thickness(mesh));
@@ -210,7 +210,7 @@ TEST_P(DividedSolidsLong, AreFilledAsWell) {
 TEST(Decompose, RingsOfManyTriangles) {
   for (const auto& [around, across] : {std::pair{50, 32}, {62, 40}, {100, 40}}) {
     SCOPED_TRACE(around);
-    const Shape ring = make_mesh(verification::meshes::torus(around, across), ice());
+    const Shape ring = make_mesh(verification::meshes::torus(around, across), ice_options());
     EXPECT_LE(ring.surface_deviation, 0.02 * ring.box.minCoeff()) << ring.deviation_reason;
     EXPECT_LE(ring.parts.size(), 32u);
   }
@@ -310,7 +310,7 @@ TEST(Decompose, SaysWhyItStopsEarly) {
 }
 
 TEST(WallThickness, OfTubesAndBoxes) {
-  const Shape box = make_box({0.03, 0.02, 0.01}, ice());
+  const Shape box = make_box({0.03, 0.02, 0.01}, ice_options());
   EXPECT_NEAR(wall_thickness(box.mesh), 0.01, 1e-9);
   // A plate with a hole is as thick as its wall or its rim, whichever is less.
   EXPECT_LT(wall_thickness(solid("cup", 0)), 4.6e-3);
@@ -369,13 +369,13 @@ TEST(PointInMesh, OfATorusHasItsClosedForm) {
 
 // Cuts end at the concave edges of this star, where their rounded edges stand out.
 TEST(Deviation, OfCutsThatEndAtConcaveEdgesIsTheirRounding) {
-  const Shape star = make_mesh(solid("star", 14), ice());
+  const Shape star = make_mesh(solid("star", 14), ice_options());
   EXPECT_LE(star.surface_deviation, 0.02 * star.box.minCoeff());
 }
 
 TEST(Deviation, CountsAVoidThatAHullSpans) {
   // The hull of a plate closes its hole: the middle of the lid is a radius away from the rim.
-  ShapeOptions options = ice();
+  ShapeOptions options = ice_options();
   options.max_parts = 1;
   const Shape shape = make_mesh(solid("plate with hole", 0), options);
   const double hole = 9e-3;

@@ -19,7 +19,7 @@ Piece random_solid(Dice& dice) {
   return convex_hull(points);
 }
 
-double volume(const Piece& piece) {
+double piece_volume(const Piece& piece) {
   return mass_properties(surface_mesh(convex_part(piece, 0))).volume;
 }
 
@@ -30,7 +30,7 @@ std::vector<Piece> cut(const Piece& piece, const HalfSpace& plane) {
     Piece side = piece;
     side.push_back({sign * plane.normal, sign * plane.offset, false});
     try {
-      if (volume(side) > 1e-4) sides.push_back(std::move(side));
+      if (piece_volume(side) > 1e-4) sides.push_back(std::move(side));
     } catch (const InputError&) {
     }
   }
@@ -89,9 +89,9 @@ TEST(MergePieces, ConcaveSolidsKeepTheirVolumeAndNoPairThatFits) {
       pieces.push_back(std::move(p));
     }
     double before = 0, after = 0;
-    for (const Piece& p : pieces) before += volume(p);
+    for (const Piece& p : pieces) before += piece_volume(p);
     const std::vector<Piece> merged = merge_convex_pieces(pieces);
-    for (const Piece& p : merged) after += volume(p);
+    for (const Piece& p : merged) after += piece_volume(p);
     EXPECT_EQ(merged.size(), 2u) << "member " << i;
     EXPECT_NEAR(after, before, 1e-6 * before);
   }
