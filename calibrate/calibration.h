@@ -78,7 +78,10 @@ class Calibration {
   void summarize_posterior(const std::vector<Point>& elsewhere);
   CalibrationResult finish();
 
+  void compare_sets();
   void compare_numerics();
+  void analyze_sensitivity();
+  std::string headline() const;
   CheckedSet checked(const std::string& name, const Point& point) const;
   bool agrees(const CheckedSet& set) const;
   std::string misfit_text() const;

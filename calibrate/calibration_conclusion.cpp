@@ -47,6 +47,22 @@ double standard_error(const ResponseModels* fitted, const ResponseId& response, 
   return std::sqrt(std::max(widened_variance(variance, freedom), local_variance) / s.count);
 }
 
+Sensitivity sensitivity_of(const ResponseModel& m, int d) {
+  const auto f = [&](const VectorXd& u) { return m.surrogate.best.predict_mean(u); };
+  Sensitivity s{m.response.label, sobol_indices(f, d, sobol_samples), 0};
+  // The intervals include the indices of the other kind of model.
+  const SobolIndices other = sobol_indices(
+      [&](const VectorXd& u) { return m.surrogate.other.predict_mean(u); }, d, sobol_samples);
+  const auto widen = [](Eigen::MatrixX2d& interval, const VectorXd& estimate) {
+    interval.col(0) = interval.col(0).cwiseMin(estimate);
+    interval.col(1) = interval.col(1).cwiseMax(estimate);
+  };
+  widen(s.indices.first_interval, other.first);
+  widen(s.indices.total_interval, other.total);
+  s.noise_share = std::pow(m.noise.at(f(VectorXd::Constant(d, 0.5))), 2) / s.indices.variance;
+  return s;
+}
+
 }  // namespace
 
 void observe(const Study& study, const ResponseModels* fitted, const Point& point,
@@ -321,8 +337,8 @@ void Calibration::account_for_budget() {
                                                 : "they were not needed";
 }
 
-CalibrationResult Calibration::finish() {
-  // After the final fit: the comparison needs its noise and its predictions.
+// The parameter sets of [[compare]]. After the final fit: they need its noise and its predictions.
+void Calibration::compare_sets() {
   for (const CompareSet& set : study_.compare) {
     Point point = study_runs_.point(kComparePhase + set.name, 0, set.values, {});
     for (const Point& p : a_.points)
@@ -332,59 +348,53 @@ CalibrationResult Calibration::finish() {
       a_.compare.back().hpd_level =
           a_.posterior->hpd_level(NegativeLogPosterior(study_, *a_.models).cost(point.u));
   }
-  compare_numerics();
-  describe_fidelity();
-  if (a_.models)
-    for (const auto* models : {&a_.models->targets, &a_.models->observed})
-      for (const ResponseModel& m : *models) {
-        const auto f = [&](const VectorXd& u) { return m.surrogate.best.predict_mean(u); };
-        const int d = static_cast<int>(study_.parameters.size());
-        Sensitivity s{m.response.label, sobol_indices(f, d, sobol_samples), 0};
-        // The intervals include the indices of the other kind of model.
-        const SobolIndices other = sobol_indices(
-            [&](const VectorXd& u) { return m.surrogate.other.predict_mean(u); }, d, sobol_samples);
-        const auto widen = [](Eigen::MatrixX2d& interval, const VectorXd& estimate) {
-          interval.col(0) = interval.col(0).cwiseMin(estimate);
-          interval.col(1) = interval.col(1).cwiseMax(estimate);
-        };
-        widen(s.indices.first_interval, other.first);
-        widen(s.indices.total_interval, other.total);
-        s.noise_share = std::pow(m.noise.at(f(VectorXd::Constant(d, 0.5))), 2) / s.indices.variance;
-        a_.sensitivity.push_back(s);
-      }
-  account_for_budget();
+}
+
+void Calibration::analyze_sensitivity() {
+  if (!a_.models) return;
+  const int d = static_cast<int>(study_.parameters.size());
+  for (const auto* models : {&a_.models->targets, &a_.models->observed})
+    for (const ResponseModel& m : *models) a_.sensitivity.push_back(sensitivity_of(m, d));
+}
+
+// The first sentence of the report, without caveats.
+std::string Calibration::headline() const {
   switch (a_.verdict) {
     case StudyVerdict::calibrated:
-      a_.headline = fmt::format("calibrated: {}", parameter_text(study_, a_.best.values));
-      break;
+      return fmt::format("calibrated: {}", parameter_text(study_, a_.best.values));
     case StudyVerdict::not_identifiable:
-      a_.headline = fmt::format(
+      return fmt::format(
           "the targets are met along a ridge of equally good parameters; one member: {}",
           parameter_text(study_, a_.best.values));
-      break;
     case StudyVerdict::unconfirmed:
-      a_.headline = fmt::format(
+      return fmt::format(
           "not confirmed: fresh runs at {} {}", parameter_text(study_, a_.best.values),
           a_.best.cut_short > 0 ? "were cut short by a limit" : "do not meet the targets");
-      break;
     case StudyVerdict::infeasible:
-      a_.headline = misfit_text();
-      break;
+      return misfit_text();
     case StudyVerdict::prior_conflict:
-      a_.headline = fmt::format(
+      return fmt::format(
           "the priors conflict with the targets: together chi-square {:.1f} on {:.1f} degrees of "
           "freedom (probability {:.2g}), the targets alone {:.1f} on {:.1f}; nearest by both: {}",
           a_.goodness->chi_square, a_.goodness->freedom, a_.goodness->probability,
           a_.without_priors->chi_square, a_.without_priors->freedom,
           parameter_text(study_, a_.best.values));
-      break;
     case StudyVerdict::too_few_runs:
-      a_.headline = "too few runs finished to fit anything" + failure_text();
-      break;
+      return "too few runs finished to fit anything" + failure_text();
     case StudyVerdict::direct_search_only:
     case StudyVerdict::interrupted:
       break;
   }
+  return "";
+}
+
+CalibrationResult Calibration::finish() {
+  compare_sets();
+  compare_numerics();
+  describe_fidelity();
+  analyze_sensitivity();
+  account_for_budget();
+  a_.headline = headline();
   for (const std::string& caveat : a_.caveats) a_.headline += "; " + caveat;
   if (!study_.curves.empty()) a_.study = std::make_shared<const Study>(study_);
   return std::move(a_);

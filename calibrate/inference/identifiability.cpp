@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "calibrate/numerics/experimental_design.h"
+#include "experiments/analysis/sample_statistics.h"
 
 namespace firn {
 namespace {

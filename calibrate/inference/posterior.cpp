@@ -11,6 +11,7 @@
 
 #include "calibrate/numerics/experimental_design.h"
 #include "experiments/analysis/random_stream.h"
+#include "experiments/analysis/sample_statistics.h"
 
 namespace firn {
 namespace {
@@ -262,19 +263,6 @@ double crossing(const Parameter& parameter, const Profile& p, std::size_t k, int
 }
 
 }  // namespace
-
-double weighted_quantile(const std::vector<double>& x, const std::vector<double>& weight,
-                         double q) {
-  std::vector<std::size_t> order(x.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(), [&](auto a, auto b) { return x[a] < x[b]; });
-  double sum = 0;
-  for (const std::size_t i : order) {
-    sum += weight[i];
-    if (sum >= q) return x[i];
-  }
-  return x[order.back()];
-}
 
 double Posterior::hpd_level(double place_cost) const {
   double sum = 0;

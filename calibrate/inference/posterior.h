@@ -40,9 +40,6 @@ struct Posterior {
   double hpd_level(double place_cost) const;
 };
 
-// x such that a fraction q of the weight lies at or below it.
-double weighted_quantile(const std::vector<double>& x, const std::vector<double>& weight, double q);
-
 // Samples exp(-cost / 2) over the unit cube by sequential Monte Carlo: quasi-random samples of the
 // cube are moved to the posterior through tempered densities. Each tempering step keeps half of the
 // effective samples. Metropolis steps with the covariance of the samples follow each tempering step

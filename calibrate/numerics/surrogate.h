@@ -88,7 +88,7 @@ class Surrogate {
 
   const SurrogateForm& form() const { return form_; }
   // Of the most likely hyperparameters.
-  double discrepancy_sd() const;           // of the transformed response
+  double gp_residual_sd() const;           // of the transformed response
   const Eigen::VectorXd& lengths() const;  // Matern only, unit cube
 
   // This model with the same hyperparameters after one more point at its predicted value (kriging

@@ -7,7 +7,7 @@
 #include "calibrate/optimization/optimization_document.h"
 #include "calibrate/optimization/optimize_design.h"
 #include "calibrate/output/text_format.h"
-#include "experiments/analysis/power_law.h"
+#include "experiments/analysis/sample_statistics.h"
 #include "experiments/text/number_text.h"
 
 namespace firn {

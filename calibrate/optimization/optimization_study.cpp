@@ -113,6 +113,7 @@ OptimizationStudy read_optimization(const std::string& file) {
   read_design_parameters(root, study);
   study.experiments.push_back({"", case_path(head, file, "optimization"), read_case_overrides(head),
                                std::vector<bool>(study.parameters.size(), true)});
+  study.experiments.back().place = head.place("set");
   read_objective(head, o);
   for (const TomlTable& t : root.tables("limits")) o.limits.push_back(read_limit(t, o));
   read_compare(root, study);

@@ -11,7 +11,7 @@
 #include "calibrate/numerics/experimental_design.h"
 #include "calibrate/numerics/optimize.h"
 #include "calibrate/output/calibration_result.h"
-#include "experiments/analysis/power_law.h"
+#include "experiments/analysis/sample_statistics.h"
 #include "experiments/system/interruption.h"
 #include "experiments/system/output_file.h"
 #include "experiments/text/number_text.h"

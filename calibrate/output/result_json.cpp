@@ -64,7 +64,7 @@ Document::Model model_of(const ResponseModel& m) {
   d.response = m.response.label;
   d.unit = m.unit;
   d.surrogate = m.surrogate.best.form().describe();
-  d.discrepancy_sd = m.surrogate.best.discrepancy_sd();
+  d.gp_residual_sd = m.surrogate.best.gp_residual_sd();
   d.lengths = list_of(m.surrogate.best.lengths());
   d.cross_check = m.surrogate.other.form().describe();
   d.points = m.samples.size();

@@ -5,21 +5,14 @@
 #include <cmath>
 
 #include "calibrate/output/calibration_result.h"
+#include "calibrate/output/result_table_sections.h"
 #include "calibrate/output/text_format.h"
 #include "experiments/text/number_text.h"
 
 namespace firn {
 namespace {
 
-using Out = fmt::memory_buffer;
-
-// Width of the column of responses.
-int label_width(const Study& study) {
-  std::size_t width = 22;
-  for (const Target& t : study.targets) width = std::max(width, t.response.label.size());
-  for (const Observed& o : study.observed) width = std::max(width, o.response.label.size());
-  return static_cast<int>(width);
-}
+using namespace result_table;
 
 std::string observed_text(const Observation& o) {
   if (o.sample.count == 0) return "no value";
@@ -33,12 +26,6 @@ std::string counts_text(const CheckedSet& set) {
   if (set.failed > 0) s += fmt::format(", {} failed", set.failed);
   if (set.cut_short > 0) s += fmt::format(", {} cut short", set.cut_short);
   return s;
-}
-
-// ", discrepancy 1.5" where there is one.
-std::string discrepancy_share(const VarianceSplit& s, const char* format) {
-  if (!(s.discrepancy > 0)) return "";
-  return ", discrepancy " + fmt::format(fmt::runtime(format), std::sqrt(s.discrepancy));
 }
 
 void print_values(Out& out, const Study& study, const std::vector<double>& values) {
@@ -121,30 +108,6 @@ void print_priors(Out& out, const Study& study) {
   for (const Constraint& c : study.constraints.all) print(out, "  {}\n", c.rule);
 }
 
-void print_models(Out& out, const Study& study, const CalibrationResult& a) {
-  print(out, "\nHow the responses were modeled\n");
-  const auto line = [&](const ResponseModel& m) {
-    print(out,
-          "  {:<{}} {} points, {}; seed sd {:.2g}{} ({} degrees of freedom); leave-one-out |z| "
-          "at most {:.1f}\n",
-          m.response.label, label_width(study), m.samples.size(),
-          m.surrogate.best.form().describe(),
-          m.noise.is_relative() ? 100 * m.noise.relative_sd : m.noise.constant_sd,
-          m.noise.is_relative() ? " %" : unit_suffix(m.unit), m.noise.degrees_of_freedom,
-          m.largest_leave_one_out_z);
-    if (!m.local_noise.uniform())
-      print(out,
-            "    its noise is not the same all over the ranges: it is modeled place by place\n");
-    if (!m.passes_cross_validation())
-      print(
-          out,
-          "    IT DOES NOT EXPLAIN ITS OWN RUNS: do not rely on regions and intervals that rest on "
-          "it; smaller ranges or more points may help\n");
-  };
-  for (const ResponseModel& m : a.models->targets) line(m);
-  for (const ResponseModel& m : a.models->observed) line(m);
-}
-
 void print_checked(Out& out, const Study& study, const CheckedSet& set) {
   print(out, "  {}: ", set.name);
   print_values(out, study, set.values);
@@ -204,12 +167,25 @@ void print_compare(Out& out, const Study& study, const CalibrationResult& a) {
   print(out, "\n");
 }
 
+// What the parameters of the estimate are, by the outcome of the study.
+const char* title_of_best(const CalibrationResult& a) {
+  switch (a.verdict) {
+    case StudyVerdict::infeasible:
+      return "Nearest to the targets, simulated with seeds never used before";
+    case StudyVerdict::prior_conflict:
+      return "Nearest to the targets and the priors, simulated with seeds never used before";
+    case StudyVerdict::unconfirmed:
+      return "Fitted to the targets, NOT CONFIRMED by seeds never used before";
+    case StudyVerdict::direct_search_only:
+      return "Best of the search, simulated with seeds never used before";
+    default:
+      return "Answer, confirmed with seeds never used before";
+  }
+}
+
 void print_best(Out& out, const Study& study, const CalibrationResult& a) {
   if (a.best.values.empty()) return;
-  print(out, "\n{}\n",
-        a.best.name != "nearest"
-            ? "Answer, confirmed with seeds never used before"
-            : "Nearest to the targets, simulated with seeds never used before");
+  print(out, "\n{}\n", title_of_best(a));
   print_checked(out, study, a.best);
   for (std::size_t k = 0; k < a.split.size(); ++k) {
     const VarianceSplit& s = a.split[k];
@@ -220,56 +196,6 @@ void print_best(Out& out, const Study& study, const CalibrationResult& a) {
         study.targets[k].response.label, label_width(study), std::sqrt(s.measurement),
         std::sqrt(s.seeds), std::sqrt(s.surrogate), discrepancy_share(s, "{:.2g}"),
         unit_suffix(study.targets[k].unit), a.cross_check[k]);
-  }
-}
-
-std::string term(double coefficient, const Parameter& p, bool first) {
-  return fmt::format("{}{:.2f} {}{}{}",
-                     coefficient < 0 ? (first ? "-" : " - ")
-                     : first         ? ""
-                                     : " + ",
-                     std::abs(coefficient), p.logarithmic ? "ln(" : "", p.name,
-                     p.logarithmic ? ")" : "");
-}
-
-void print_identified(Out& out, const Study& study, const CalibrationResult& a) {
-  if (!a.posterior) return;
-  print(out, "\nWhat the data determine\n");
-  print(out, "  {:<18}{:>12}{:>28}{:>28}{:>22}\n", "parameter", "median", "95 % interval",
-        "profile's 95 %", "width left, of before");
-  for (std::size_t i = 0; i < study.parameters.size(); ++i) {
-    const Parameter& p = study.parameters[i];
-    const Marginal& m = a.posterior->marginals[i];
-    print(out, "  {:<18}{:>12}{:>28}{:>28}{:>20.0f} %", p.name + unit_suffix(p.unit),
-          p.text(m.median), fmt::format("{} to {}", p.text(m.low), p.text(m.high)),
-          i < a.profiles.size()
-              ? fmt::format("{} to {}", p.text(a.profiles[i].low), p.text(a.profiles[i].high))
-              : "-",
-          100 * m.posterior_to_prior_sd);
-    if (m.posterior_to_prior_sd > 0.8) print(out, "   nothing learned");
-    if (m.at_min) print(out, "   at the lower end of the range");
-    if (m.at_max) print(out, "   at the upper end of the range");
-    print(out, "\n");
-  }
-  print(out, "  by {} samples of the posterior, worth {:.0f} independent ones (posterior.csv)\n",
-        a.posterior->u.size(), a.posterior->effective_samples);
-  for (const Combination& c : a.combinations) {
-    if (!c.identifiable) {
-      print(out, "  not determined:  {}   (the data see {:.1f} sd over the whole range)\n",
-            combination_text(study, c), c.singular_value);
-      continue;
-    }
-    print(out,
-          "  determined:      {} = {:.3f} ± {:.3f}   (measurement {:.3f}, seed noise {:.3f}, "
-          "surrogate {:.3f}{})\n",
-          combination_text(study, c), c.value, c.uncertainty(), std::sqrt(c.split.measurement),
-          std::sqrt(c.split.seeds), std::sqrt(c.split.surrogate),
-          discrepancy_share(c.split, "{:.3f}"));
-    if (c.is_curved())
-      print(out,
-            "    ± {:.3f} near the answer; farther off the equally good parameters bend away from "
-            "it, by {:.3f} (root mean square)\n",
-            c.sd, c.spread);
   }
 }
 
@@ -302,67 +228,6 @@ void print_ridge(Out& out, const Study& study, const CalibrationResult& a) {
   for (const CheckedSet& set : a.ridge) print_checked(out, study, set);
 }
 
-void print_sensitivity(Out& out, const Study& study, const CalibrationResult& a) {
-  if (a.sensitivity.empty()) return;
-  const int width = label_width(study);
-  print(out,
-        "\nWhat each response depends on, over the ranges (share of its variance: alone / with "
-        "interactions)\n  {:<{}}",
-        "", width);
-  for (const Parameter& p : study.parameters) print(out, "{:>18}", p.name);
-  print(out, "{:>20}\n", "noise of one run");
-  for (const Sensitivity& s : a.sensitivity) {
-    print(out, "  {:<{}}", s.response, width);
-    for (Eigen::Index i = 0; i < s.indices.total.size(); ++i)
-      print(out, "{:>18}",
-            fmt::format("{:.2f} / {:.2f}", std::max(0.0, s.indices.first[i]), s.indices.total[i]));
-    print(out, "{:>20.2f}\n    95 % of the latter", s.noise_share);
-    for (Eigen::Index i = 0; i < s.indices.total.size(); ++i)
-      print(out, "{:>{}}",
-            fmt::format("{:.2f} to {:.2f}", s.indices.total_interval(i, 0),
-                        s.indices.total_interval(i, 1)),
-            i == 0 ? width - 2 : 18);
-    print(out, "\n");
-  }
-  for (std::size_t i = 0; i < study.parameters.size(); ++i) {
-    const auto k = static_cast<Eigen::Index>(i);
-    if (std::all_of(a.sensitivity.begin(), a.sensitivity.end(),
-                    [&](const Sensitivity& s) { return s.indices.total[k] < s.noise_share; }))
-      print(out, "  {} moves no response by more than the noise of a single run\n",
-            study.parameters[i].name);
-  }
-}
-
-void print_numerics(Out& out, const Study& study, const CalibrationResult& a) {
-  if (a.numerics.empty()) return;
-  print(out, "\nOther numerics at the middle of the ranges\n");
-  for (const NumericsOutcome& n : a.numerics) {
-    print(out, "  {}\n", n.name);
-    for (const NumericsOutcome::Shift& s : n.shifts)
-      print(out, "    {:<{}} moves by {:.3g} ± {:.2g}{}{}\n", s.response, label_width(study),
-            s.value, s.standard_error, unit_suffix(s.unit),
-            std::abs(s.value) > 2 * s.standard_error ? ": MORE THAN THE NOISE" : "");
-    if (n.shifts.empty()) print(out, "    no run finished\n");
-  }
-}
-
-void print_fidelity(Out& out, const Study& study, const CalibrationResult& a) {
-  if (!a.fidelity) return;
-  const FidelityOutcome& f = *a.fidelity;
-  const auto each = [](const FidelityOutcome::Runs& runs) {
-    return runs.count > 0 ? runs.wall / runs.count : 0;
-  };
-  std::vector<std::string> changes;
-  for (const auto& [key, value] : study.low_fidelity->set)
-    changes.push_back(fmt::format("{} = {}", key, value));
-  print(out, "\nLow fidelity: {}\n", fmt::join(changes, ", "));
-  print(out, "  {} runs of {:.3g} s each; {} of high fidelity of {:.3g} s\n", f.low.count,
-        each(f.low), f.high.count, each(f.high));
-  for (const FidelityOutcome::Bias& b : f.biases)
-    print(out, "  moves {:<{}} by {:.3g} ± {:.2g}{} at the answer\n", b.response,
-          label_width(study), b.bias.value, b.bias.sd, unit_suffix(b.unit));
-}
-
 std::string effort_text(double seconds) {
   if (seconds == 0) return "-";
   return seconds < 5400 ? fmt::format("{:.0f} min", seconds / 60)
@@ -387,17 +252,6 @@ void print_direct(Out& out, const CalibrationResult& a) {
         "targets; by fresh seeds it is {:.2g}.\n",
         a.direct->evaluations, a.direct->best_observed, a.direct->confirmed);
 }
-
-}  // namespace
-
-std::string combination_text(const Study& study, const Combination& c) {
-  std::string s;
-  for (std::size_t i = 0; i < study.parameters.size(); ++i)
-    s += term(c.coefficients[static_cast<Eigen::Index>(i)], study.parameters[i], i == 0);
-  return s;
-}
-
-namespace {
 
 void print_goodness(Out& out, const CalibrationResult& a) {
   if (!a.goodness) return;

@@ -14,7 +14,8 @@
 #include "calibrate/inference/goodness_of_fit.h"
 #include "calibrate/inference/posterior.h"
 #include "calibrate/output/study_document.h"
-#include "experiments/text/csv_reader.h"
+#include "experiments/analysis/sample_statistics.h"
+#include "experiments/text/csv/csv_reader.h"
 #include "experiments/text/vector_json.h"
 
 namespace firn {

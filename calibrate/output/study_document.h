@@ -487,7 +487,7 @@ struct StudyDocument {
       }
     };
     std::string response, unit = "1", surrogate;
-    double discrepancy_sd = std::nan("");
+    double gp_residual_sd = std::nan("");
     std::vector<double> lengths;
     std::string cross_check;
     std::uint64_t points = 0;
@@ -499,7 +499,7 @@ struct StudyDocument {
       f.required("response", response);
       f.added("unit", unit);
       f.added("surrogate", surrogate);
-      f.added("discrepancy_sd", discrepancy_sd);
+      f.added("gp_residual_sd", gp_residual_sd);
       f.added("lengths", lengths);
       f.added("cross_check", cross_check);
       f.required("points", points);

@@ -18,6 +18,7 @@ struct Parameter {
   bool integer = false;  // runs get whole numbers; models are continuous between them
   // Gaussian prior in the unit of the parameter, truncated to the range.
   std::optional<double> prior_mean, prior_sd;
+  std::string place = {};  // "FILE:LINE: KEY" of `keys` in the study file, for messages
 
   // The value, or its logarithm.
   double scaled(double value) const;
@@ -45,6 +46,7 @@ struct ChoiceParameter {
   std::vector<std::string> labels;  // of the choices, for people
   std::vector<std::string> values;  // of the choices, TOML texts
   std::vector<double> prior;        // probabilities; add up to 1
+  std::string place = {};           // as of a Parameter
 };
 
 Eigen::VectorXd to_unit(const std::vector<Parameter>& parameters,

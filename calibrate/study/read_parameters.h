@@ -1,4 +1,4 @@
-// [[parameters]], [[priors]], [[constraints]] and [[compare]] of a study file.
+// [[parameters]], [[constraints]] and [[compare]] of a study file.
 #pragma once
 
 #include <string>
@@ -19,7 +19,6 @@ StatedQuantity read_stated_quantity(const TomlTable& table, const std::string& k
 
 // All throw InputError with file, line and key.
 void read_parameters(const TomlTable& root, Study& study);
-void read_priors(const TomlTable& root, Study& study);       // after the parameters
 void read_constraints(const TomlTable& root, Study& study);  // after the parameters
 void read_compare(const TomlTable& root, Study& study);      // after the parameters
 

@@ -8,8 +8,12 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <string_view>
+
+#include "experiments/analysis/sample_statistics.h"
 
 namespace firn {
+
 std::vector<double> Point::finished(const ResponseId& response) const {
   std::vector<double> values;
   if (response.experiment >= results.size()) return values;
@@ -68,8 +72,9 @@ double Sample::sd() const {
 Sample sample(const std::vector<double>& values) {
   Sample s;
   s.count = static_cast<int>(values.size());
-  for (const double v : values) s.mean += v / s.count;
-  for (const double v : values) s.sum_of_squares += (v - s.mean) * (v - s.mean);
+  if (values.empty()) return s;
+  s.mean = mean(values);
+  s.sum_of_squares = sum_of_squares(values, s.mean);
   return s;
 }
 
@@ -214,6 +219,62 @@ std::vector<Point> StudyRuns::reusable(int most_runs) {
   return points;
 }
 
+namespace {
+
+// Where the study states a value that it sets in the case of an experiment; empty: nowhere.
+std::string place_of(const Study& study, const Experiment& experiment, const Override& o) {
+  const auto among = [](const std::vector<std::string>& keys, const std::string& key) {
+    return std::find(keys.begin(), keys.end(), key) != keys.end();
+  };
+  const auto sets = [&](const std::vector<Override>& set) {
+    return std::find(set.begin(), set.end(), o) != set.end();
+  };
+  for (std::size_t i = 0; i < study.parameters.size(); ++i)
+    if (experiment.takes[i] && among(study.parameters[i].keys, o.first))
+      return study.parameters[i].place;
+  if (study.choice && among(study.choice->keys, o.first)) return study.choice->place;
+  if (study.low_fidelity && sets(study.low_fidelity->set)) return study.low_fidelity->place;
+  for (const NumericsCheck& check : study.numerics)
+    if (sets(check.set)) return check.place;
+  return sets(experiment.set) ? experiment.place : "";
+}
+
+// The complaint of a case about a value of the study, in terms of the study; empty for any other
+// complaint. TomlDocument::apply() says how the former begins.
+std::string complaint_about_study(const Study& study, const Experiment& experiment,
+                                  const std::vector<Override>& overrides,
+                                  const std::string& complaint) {
+  for (const Override& o : overrides) {
+    const std::string label = fmt::format("--set {}={}: ", o.first, o.second);
+    if (!complaint.starts_with(label)) continue;
+    const std::string place = place_of(study, experiment, o);
+    if (place.empty()) break;
+    const std::string why = complaint.substr(label.size());
+    for (const std::string_view lacking :
+         {": unknown key; ", ": no such element; ", ": joins no two known materials; "})
+      if (const std::size_t at = why.find(lacking); at != why.npos)
+        return fmt::format("{}: the case {} has no key \"{}\"; {}", place, experiment.case_file,
+                           o.first, why.substr(at + lacking.size()));
+    return fmt::format("{}: the case {} does not take \"{}\" = {}: {}", place, experiment.case_file,
+                       o.first, o.second, why);
+  }
+  return {};
+}
+
+}  // namespace
+
+BatchRun StudyRuns::case_run(const Experiment& experiment, const Point& point, std::uint64_t seed,
+                             const std::vector<Override>& set, const RunLabel& label) const {
+  const std::vector<Override> overrides = overrides_of(study_, experiment, point.values, seed, set);
+  try {
+    return batch_.make(experiment.case_file, overrides, folder_, label, material_of(study_, seed));
+  } catch (const InputError& e) {
+    const std::string complaint = complaint_about_study(study_, experiment, overrides, e.what());
+    if (complaint.empty()) throw;
+    throw InputError(complaint);
+  }
+}
+
 BatchRun StudyRuns::batch_run(const Point& point, std::size_t e, std::uint64_t seed) const {
   const Experiment& experiment = study_.experiments[e];
   const RunLabel label{experiment.name, point.phase, point.number, describe(point), seed};
@@ -225,9 +286,7 @@ BatchRun StudyRuns::batch_run(const Point& point, std::size_t e, std::uint64_t s
           ? batch_.make(program_run(*experiment.program,
                                     placeholders_of(study_, experiment, point.values, seed, set)),
                         folder_, label)
-          : batch_.make(experiment.case_file,
-                        overrides_of(study_, experiment, point.values, seed, set), folder_, label,
-                        material_of(study_, seed));
+          : case_run(experiment, point, seed, set, label);
   run.job.threads = study_.threads;
   run.job.limits = study_.execution.limits;
   return run;

@@ -98,6 +98,10 @@ class StudyRuns {
 
  private:
   BatchRun batch_run(const Point& point, std::size_t experiment, std::uint64_t seed) const;
+  // Of an experiment with a case. Throws InputError with the place in the study where the case does
+  // not take what the study sets.
+  BatchRun case_run(const Experiment& experiment, const Point& point, std::uint64_t seed,
+                    const std::vector<Override>& set, const RunLabel& label) const;
   std::string describe(const Point& point) const;
   void check_responses(std::size_t experiment, const JobResult& result) const;
 

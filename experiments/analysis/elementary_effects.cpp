@@ -8,8 +8,8 @@
 #include <numeric>
 #include <random>
 
-#include "experiments/analysis/power_law.h"
 #include "experiments/analysis/random_stream.h"
+#include "experiments/analysis/sample_statistics.h"
 
 namespace firn {
 namespace {

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <boost/math/distributions/fisher_f.hpp>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <vector>
+
+#include "experiments/analysis/sample_statistics.h"
 
 namespace firn {
 
@@ -36,10 +37,6 @@ bool is_bent(double misfit, double freedom, double scatter_freedom) {
 }
 
 }  // namespace
-
-double student_factor(double degrees_of_freedom, double confidence) {
-  return boost::math::quantile(boost::math::students_t(degrees_of_freedom), (1 + confidence) / 2);
-}
 
 bool has_power_law(std::span<const double> x, std::span<const double> mean) {
   const auto above_zero = [](double v) { return v > 0 && std::isfinite(v); };

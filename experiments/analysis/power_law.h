@@ -25,10 +25,6 @@ struct PowerLaw {
 // Whether a power law can be fitted: all x and means above 0, and at least two different x.
 bool has_power_law(std::span<const double> x, std::span<const double> mean);
 
-// Half-width of a two-sided interval of Student's distribution with this probability, in standard
-// errors.
-double student_factor(double degrees_of_freedom, double confidence = 0.95);
-
 // Weighted least squares of ln(mean) over ln(x). `error`: standard errors of the means, NaN:
 // unknown. `runs`: number of runs of each mean. The relative scatter of a run is assumed equal at
 // all x and is pooled, since two or three runs do not determine it. A relative error of 2 % is

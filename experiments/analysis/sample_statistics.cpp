@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <boost/math/distributions/binomial.hpp>
+#include <boost/math/distributions/students_t.hpp>
 #include <cassert>
 #include <cmath>
 #include <cstddef>
+#include <limits>
+#include <utility>
 
 namespace firn {
 
@@ -31,17 +34,52 @@ double quantile(const std::vector<double>& sorted, double share, double of_none)
   return sorted[std::max<std::size_t>(rank, 1) - 1];
 }
 
+double weighted_quantile(const std::vector<double>& x, const std::vector<double>& weight,
+                         double q) {
+  std::vector<std::pair<double, double>> sorted;
+  sorted.reserve(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) sorted.emplace_back(x[i], weight[i]);
+  std::sort(sorted.begin(), sorted.end());
+  double sum = 0;
+  for (const auto& [value, share] : sorted) {
+    sum += share;
+    if (sum >= q) return value;
+  }
+  return sorted.back().first;
+}
+
 double mean(const std::vector<double>& values) {
   double mean = 0;
   for (const double v : values) mean += v / static_cast<double>(values.size());
   return mean;
 }
 
-double standard_deviation(const std::vector<double>& values) {
-  const double middle = mean(values);
+double sum_of_squares(const std::vector<double>& values, double middle) {
   double sum = 0;
   for (const double v : values) sum += (v - middle) * (v - middle);
-  return std::sqrt(sum / static_cast<double>(values.size() - 1));
+  return sum;
+}
+
+double standard_deviation(const std::vector<double>& values) {
+  return std::sqrt(sum_of_squares(values, mean(values)) / static_cast<double>(values.size() - 1));
+}
+
+double student_factor(double degrees_of_freedom, double confidence) {
+  return boost::math::quantile(boost::math::students_t(degrees_of_freedom), (1 + confidence) / 2);
+}
+
+double SampleStatistics::error() const {
+  return count < 2 ? std::numeric_limits<double>::quiet_NaN()
+                   : deviation / std::sqrt(static_cast<double>(count));
+}
+
+SampleStatistics sample_statistics(const std::vector<double>& values) {
+  constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+  SampleStatistics s;
+  s.count = static_cast<int>(values.size());
+  s.mean = values.empty() ? nothing : mean(values);
+  s.deviation = s.count < 2 ? nothing : standard_deviation(values);
+  return s;
 }
 
 double last_finite(const std::vector<double>& values) {

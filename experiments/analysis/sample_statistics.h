@@ -20,11 +20,29 @@ double median(std::vector<double> values);
 // of all values does not exceed it. `of_none` without values.
 double quantile(const std::vector<double>& sorted, double share, double of_none);
 
+// x such that at least a fraction q of the weight lies at or below it. `weight` sums to 1.
+double weighted_quantile(const std::vector<double>& x, const std::vector<double>& weight, double q);
+
 // Mean of at least one value.
 double mean(const std::vector<double>& values);
 
+// Sum of the squared differences from `middle`.
+double sum_of_squares(const std::vector<double>& values, double middle);
+
 // Sample standard deviation (n - 1) of at least two values.
 double standard_deviation(const std::vector<double>& values);
+
+// Half-width of a two-sided interval of Student's distribution with this probability, in standard
+// errors.
+double student_factor(double degrees_of_freedom, double confidence = 0.95);
+
+struct SampleStatistics {
+  int count = 0;
+  double mean = 0;       // NaN without values
+  double deviation = 0;  // standard, of one value; NaN below two
+  double error() const;  // standard, of the mean; NaN below two
+};
+SampleStatistics sample_statistics(const std::vector<double>& values);
 
 // Last finite value; 0 without one.
 double last_finite(const std::vector<double>& values);

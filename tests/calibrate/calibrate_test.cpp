@@ -27,7 +27,7 @@ double zhou(const Values& v) {
   return 35 * std::pow(v.at("a.mu1"), 0.27) * std::pow(v.at("a.mu2"), 0.22);
 }
 JobResult noisy_zhou(const Values& v, std::mt19937_64& random) {
-  return finished({scalar("aor", zhou(v) * (1 + 0.08 * normal(random)), "deg")});
+  return finished({scalar("aor", zhou(v) * (1 + 0.08 * normal_deviate(random)), "deg")});
 }
 
 // Two responses whose iso-lines cross; both targets are met at mu1 = 0.06, mu2 = 0.15 alone.
@@ -35,8 +35,10 @@ constexpr double true_mu1 = 0.06, true_mu2 = 0.15;
 JobResult crossing(const Values& v, std::mt19937_64& random) {
   const double x = v.at("a.mu1") / true_mu1, y = v.at("a.mu2") / true_mu2;
   return finished(
-      {scalar("aor", 10 * std::pow(x, 0.5) * std::pow(y, 0.2) + 0.4 * normal(random), "deg"),
-       scalar("rate", 40 * std::pow(x, -0.2) * std::pow(y, -0.4) + 0.8 * normal(random), "g/s")});
+      {scalar("aor", 10 * std::pow(x, 0.5) * std::pow(y, 0.2) + 0.4 * normal_deviate(random),
+              "deg"),
+       scalar("rate", 40 * std::pow(x, -0.2) * std::pow(y, -0.4) + 0.8 * normal_deviate(random),
+              "g/s")});
 }
 
 TEST(Calibrate, RecoversParametersThatTheDataDetermine) {
@@ -112,7 +114,8 @@ TEST(Calibrate, APriorOnOneFrictionDeterminesTheOther) {
 TEST(Calibrate, SaysSoWhenTheTargetIsOutOfReach) {
   const Folder folder("reach");
   FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
-    return finished({scalar("aor", 2 * zhou(v) + 0.3 * normal(random), "deg")});  // 9.3 to 43 deg
+    return finished(
+        {scalar("aor", 2 * zhou(v) + 0.3 * normal_deviate(random), "deg")});  // 9.3 to 43 deg
   });
   std::string text = friction_study(angle_target);
   text.replace(text.find("10 deg"), 6, "2.5 deg");
@@ -128,8 +131,8 @@ TEST(Calibrate, TargetsThatContradictEachOtherAreOutOfReachTogether) {
   const Folder folder("contradiction");
   FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
     const double a = zhou(v);
-    return finished({scalar("aor", a + 0.3 * normal(random), "deg"),
-                     scalar("twice", 2 * a + 0.3 * normal(random), "deg")});
+    return finished({scalar("aor", a + 0.3 * normal_deviate(random), "deg"),
+                     scalar("twice", 2 * a + 0.3 * normal_deviate(random), "deg")});
   });
   const StudySummary s = run_study(
       folder.write("study.toml", friction_study(angle_target +
@@ -180,7 +183,8 @@ TEST(Calibrate, AnAnswerThatFreshRunsContradictIsNotConfirmed) {
   FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
     const double seed = v.at("case.seed");
     const bool confirms = seed > confirm_seeds && seed < design_seeds;
-    return finished({scalar("aor", zhou(v) + (confirms ? 5 : 0) + 0.2 * normal(random), "deg")});
+    return finished(
+        {scalar("aor", zhou(v) + (confirms ? 5 : 0) + 0.2 * normal_deviate(random), "deg")});
   });
   const StudySummary s = run_study(folder.write("study.toml", friction_study(angle_target)),
                                    folder / "out", experiment);
@@ -265,7 +269,7 @@ TEST(Calibrate, NamesAreNoCommandsOfThePlot) {
   for (const int parameters : {1, 2}) {
     const Folder folder("hostile");
     const FakeExperiment::Formula line = [](const Values& v, std::mt19937_64& random) {
-      return finished({scalar("aor", 40 * v.at("a.mu1") + 0.1 * normal(random), "deg")});
+      return finished({scalar("aor", 40 * v.at("a.mu1") + 0.1 * normal_deviate(random), "deg")});
     };
     FakeExperiment experiment(parameters == 1 ? line : noisy_zhou);
     const std::string mark = folder / "MARK";
@@ -405,7 +409,8 @@ TEST(CalibrateLong, IntervalsCoverTheTruth) {
     std::mt19937_64 scatter(static_cast<std::uint64_t>(100 + i));
     std::string text = friction_study(angle_target);
     text.replace(text.find("seed = 1"), 8, "seed = " + std::to_string(10000 * i));
-    text.replace(text.find("10 deg"), 6, std::to_string(10 + 0.5 * normal(scatter)) + " deg");
+    text.replace(text.find("10 deg"), 6,
+                 std::to_string(10 + 0.5 * normal_deviate(scatter)) + " deg");
     FakeExperiment experiment(noisy_zhou);
     const json j =
         json::parse(run_study(folder.write("study.toml", text), folder / "out", experiment).json);

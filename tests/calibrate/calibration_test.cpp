@@ -29,10 +29,10 @@ double slide(const Values& v) { return std::atan(v.at("a.mu2")) * 180 / M_PI; }
 // The keys distinguish the experiments: a run is given only those of its case.
 JobResult bench(const Values& v, std::mt19937_64& random) {
   if (!v.contains("a.mu1"))
-    return finished({scalar("slide_angle", slide(v) + 0.3 * normal(random), "deg"),
-                     scalar("bounce", 0.3 + 0.01 * normal(random), "1")});
+    return finished({scalar("slide_angle", slide(v) + 0.3 * normal_deviate(random), "deg"),
+                     scalar("bounce", 0.3 + 0.01 * normal_deviate(random), "1")});
   const double step = v.contains("case.timestep") ? v.at("case.timestep") : 1;
-  return finished({scalar("aor", heap(v) + 3 * (1 - step) + 0.4 * normal(random), "deg")});
+  return finished({scalar("aor", heap(v) + 3 * (1 - step) + 0.4 * normal_deviate(random), "deg")});
 }
 
 std::string two_experiments(const std::string& more,
@@ -110,7 +110,7 @@ TEST(Seeds, ScatterOfTheSeedAloneDoesNotShiftTheModel) {
     FakeExperiment experiment([s](const Values& v, std::mt19937_64&) {
       std::mt19937_64 random(static_cast<std::uint64_t>(v.at("case.seed")) * 7919 +
                              static_cast<std::uint64_t>(s));
-      return finished({scalar("aor", heap(v) + normal(random), "deg")});
+      return finished({scalar("aor", heap(v) + normal_deviate(random), "deg")});
     });
     const std::string target =
         "[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\nuncertainty = \"0.3 deg\"\n";
@@ -170,7 +170,7 @@ TEST(MeasurementValue, EffortCounts) {
 TEST(MeasurementValue, OfAGaussianInClosedForm) {
   const Folder folder("gauss");
   FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
-    return finished({scalar("y", v.at("p") + 1e-4 * normal(random), "1")});
+    return finished({scalar("y", v.at("p") + 1e-4 * normal_deviate(random), "1")});
   });
   const std::string text =
       "[study]\nname = \"fake\"\ncase = \"case.toml\"\n[budget]\ncentre_runs = 2\n"
@@ -189,7 +189,7 @@ TEST(MeasurementValue, OfARepeatWhereTheRunsScatter) {
   for (const double noise : {0.02, 0.1, 0.3}) {
     const Folder folder("scatter");
     FakeExperiment experiment([noise](const Values& v, std::mt19937_64& random) {
-      return finished({scalar("y", v.at("p") + noise * normal(random), "1")});
+      return finished({scalar("y", v.at("p") + noise * normal_deviate(random), "1")});
     });
     const std::string text =
         "[study]\nname = \"fake\"\ncase = \"case.toml\"\n[budget]\nruns = 30\n"
@@ -230,7 +230,7 @@ TEST(Refinement, StopsWhenFurtherRunsCannotHelp) {
   // The measurement is coarse and the simulation quiet: nothing left to learn by simulating.
   const Folder folder("stop");
   FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
-    return finished({scalar("aor", heap(v) * (1 + 0.005 * normal(random)), "deg")});
+    return finished({scalar("aor", heap(v) * (1 + 0.005 * normal_deviate(random)), "deg")});
   });
   std::string text = friction_study(
       "[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\nuncertainty = \"2 deg\"\n",
@@ -244,7 +244,7 @@ TEST(Refinement, StopsWhenFurtherRunsCannotHelp) {
 TEST(Refinement, GoesOnWhileItHelpsAndStopsAtTheTimeGiven) {
   const Folder folder("time");
   const auto noisy = [](const Values& v, std::mt19937_64& random) {
-    JobResult r = finished({scalar("aor", heap(v) * (1 + 0.15 * normal(random)), "deg")});
+    JobResult r = finished({scalar("aor", heap(v) * (1 + 0.15 * normal_deviate(random)), "deg")});
     r.wall = 60;
     return r;
   };
@@ -294,7 +294,7 @@ TEST(Budget, CostlyNumericsDoNotMakeTheRunsToComeCostly) {
   const auto rounds_within = [](const std::string& time) {
     const Folder folder("time");
     FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
-      JobResult r = finished({scalar("aor", heap(v) + 2 * normal(random), "deg")});
+      JobResult r = finished({scalar("aor", heap(v) + 2 * normal_deviate(random), "deg")});
       if (v.contains("stiff")) r.wall = 100;
       return r;
     });
@@ -319,8 +319,8 @@ TEST(Refinement, AModelThatDoesNotExplainItsRunsIsNamed) {
     const Folder folder("spike");
     FakeExperiment experiment([&](const Values& v, std::mt19937_64& random) {
       const double away = std::log(v.at("a.mu1") / 0.0548) / 0.1;
-      return finished(
-          {scalar("aor", heap(v) + spike * std::exp(-away * away) + 0.1 * normal(random), "deg")});
+      return finished({scalar(
+          "aor", heap(v) + spike * std::exp(-away * away) + 0.1 * normal_deviate(random), "deg")});
     });
     const StudySummary s = run_study(
         folder.write(
@@ -343,7 +343,7 @@ TEST(Refinement, AValleyThatBendsIsDistinguishedFromAStraightOne) {
   FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
     const double p = std::log(v.at("a.mu1") / 0.01) / std::log(30);
     const double q = std::log(v.at("a.mu2") / 0.03) / std::log(0.5 / 0.03);
-    return finished({scalar("r", p * p + q * q + 1e-3 * normal(random), "1")});
+    return finished({scalar("r", p * p + q * q + 1e-3 * normal_deviate(random), "1")});
   });
   const StudySummary s = run_study(
       folder.write("study.toml", friction_study("[[targets]]\nresponse = \"r\"\nvalue = 0.7\n"
@@ -362,9 +362,9 @@ TEST(Limits, RunsThatMeetALimitBiasNothing) {
   const auto study = [&](double limit, int seed) {
     const Folder folder("limit");
     FakeExperiment experiment([&](const Values& v, std::mt19937_64& random) {
-      const double wall = 1 / v.at("a.mu1") * (0.8 + 0.4 * std::abs(normal(random)));
+      const double wall = 1 / v.at("a.mu1") * (0.8 + 0.4 * std::abs(normal_deviate(random)));
       if (wall > limit) return JobResult{JobStatus::timed_out, "time limit", {}, limit};
-      return finished({scalar("aor", truth(v) + 0.3 * normal(random), "deg")});
+      return finished({scalar("aor", truth(v) + 0.3 * normal_deviate(random), "deg")});
     });
     std::string text = friction_study(
         "[[targets]]\nresponse = \"aor\"\nvalue = \"18 deg\"\nuncertainty = \"0.5 deg\"\n");
@@ -400,7 +400,7 @@ TEST(Direct, FindsTheTargetAndConfessesItsLuck) {
   for (const char* search : {"bobyqa", "cobyla", "nelder-mead", "crs"}) {
     const Folder folder("direct");
     FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
-      return finished({scalar("aor", heap(v) * (1 + 0.08 * normal(random)), "deg")});
+      return finished({scalar("aor", heap(v) * (1 + 0.08 * normal_deviate(random)), "deg")});
     });
     const std::string target =
         "[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\nuncertainty = \"0.5 deg\"\n";

@@ -37,14 +37,14 @@ std::string law_study(const std::string& choices, double x, double z, double unc
 // z grows with a by the first law and falls by the second.
 JobResult two_laws(const Values& v, std::mt19937_64& random) {
   const double a = v.at("a"), sign = v.at("law") == 1 ? 1 : -1;
-  return finished({scalar("x", 10 + 8 * a + 0.2 * normal(random), "1"),
-                   scalar("z", 5 + 4 * sign * a + 0.2 * normal(random), "1")});
+  return finished({scalar("x", 10 + 8 * a + 0.2 * normal_deviate(random), "1"),
+                   scalar("z", 5 + 4 * sign * a + 0.2 * normal_deviate(random), "1")});
 }
 
 // The law makes no difference.
 JobResult one_law(const Values& v, std::mt19937_64& random) {
-  return finished({scalar("x", 10 + 8 * v.at("a") + 0.2 * normal(random), "1"),
-                   scalar("z", 5 + 4 * v.at("a") + 0.2 * normal(random), "1")});
+  return finished({scalar("x", 10 + 8 * v.at("a") + 0.2 * normal_deviate(random), "1"),
+                   scalar("z", 5 + 4 * v.at("a") + 0.2 * normal_deviate(random), "1")});
 }
 
 struct LawOutcome {
@@ -52,7 +52,7 @@ struct LawOutcome {
   json j;
   double probability(std::size_t i) const { return j["choice"]["choices"][i]["probability"]; }
 };
-LawOutcome carry_out(const std::string& text, const FakeExperiment::Formula& formula) {
+LawOutcome carry_out_law_study(const std::string& text, const FakeExperiment::Formula& formula) {
   const Folder folder("law");
   FakeExperiment experiment(formula);
   LawOutcome o;
@@ -105,7 +105,7 @@ TEST(Choices, OneThatGivesOtherResponsesIsRecognized) {
 }
 
 TEST(Choices, ThoseThatDoNotDifferAreAsProbableAsBefore) {
-  const LawOutcome even = carry_out(law_study("choices = [1, 2]\n", 13.2, 6.6), one_law);
+  const LawOutcome even = carry_out_law_study(law_study("choices = [1, 2]\n", 13.2, 6.6), one_law);
   EXPECT_NEAR(even.probability(0), 0.5, 0.15) << even.summary.table;
   EXPECT_NEAR(even.probability(0) + even.probability(1), 1, 1e-12);
   EXPECT_EQ(even.summary.verdict, StudyVerdict::not_identifiable);
@@ -113,8 +113,8 @@ TEST(Choices, ThoseThatDoNotDifferAreAsProbableAsBefore) {
               HasSubstr("the targets do not determine law (probabilities: "));
   EXPECT_THAT(even.summary.headline, HasSubstr("; with "));
   EXPECT_NEAR(even.j["estimate"]["parameters"]["a"].get<double>(), 0.4, 0.05);
-  const LawOutcome believed =
-      carry_out(law_study("choices = [1, 2, 3]\nprior = [0.1, 0.8, 0.1]\n", 13.2, 6.6), one_law);
+  const LawOutcome believed = carry_out_law_study(
+      law_study("choices = [1, 2, 3]\nprior = [0.1, 0.8, 0.1]\n", 13.2, 6.6), one_law);
   EXPECT_NEAR(believed.probability(1), 0.8, 0.12) << believed.summary.table;
   EXPECT_EQ(believed.j["choice"]["best"], "2");
 }
@@ -127,13 +127,13 @@ TEST(Choices, AreTheTruthAsOftenAsTheirProbabilitySays) {
   const auto z = [](double law) { return law == 1 ? 5.0 : 5.8; };
   for (int s = 0; s < studies; ++s) {
     const double law = uniform_open(random) < 0.5 ? 1 : 2, a = 0.2 + 0.6 * uniform_open(random);
-    const LawOutcome o =
-        carry_out(law_study("choices = [1, 2]\n", 10 + 8 * a + 0.4 * normal(random),
-                            z(law) + 0.4 * normal(random), 0.4),
-                  [&](const Values& v, std::mt19937_64& noise) {
-                    return finished({scalar("x", 10 + 8 * v.at("a") + 0.05 * normal(noise), "1"),
-                                     scalar("z", z(v.at("law")) + 0.05 * normal(noise), "1")});
-                  });
+    const LawOutcome o = carry_out_law_study(
+        law_study("choices = [1, 2]\n", 10 + 8 * a + 0.4 * normal_deviate(random),
+                  z(law) + 0.4 * normal_deviate(random), 0.4),
+        [&](const Values& v, std::mt19937_64& noise) {
+          return finished({scalar("x", 10 + 8 * v.at("a") + 0.05 * normal_deviate(noise), "1"),
+                           scalar("z", z(v.at("law")) + 0.05 * normal_deviate(noise), "1")});
+        });
     const double first = o.probability(0);
     surplus += (law == 1) - first;
     variance += first * (1 - first);
@@ -155,15 +155,15 @@ TEST(Choices, DivideABudgetOfRuns) {
   ASSERT_EQ(parts.size(), 2u);
   EXPECT_EQ(parts[0].largest_total(), 25);
   const LawOutcome o =
-      carry_out(law_study("choices = [1, 2]\n", 13.2, 3.4, 0.3, "runs = 50\n"), two_laws);
+      carry_out_law_study(law_study("choices = [1, 2]\n", 13.2, 3.4, 0.3, "runs = 50\n"), two_laws);
   EXPECT_LE(o.j["runs"]["total"], 50);
   EXPECT_EQ(o.j["budget"]["runs"], 50);
   EXPECT_EQ(o.j["budget"]["left"].get<int>() + o.j["runs"]["total"].get<int>(), 50);
 }
 
 TEST(Choices, OneWithoutFinishedRunsIsNamed) {
-  const LawOutcome o =
-      carry_out(law_study("choices = [1, 2]\n", 13.2, 6.6), [](const Values& v, auto& random) {
+  const LawOutcome o = carry_out_law_study(
+      law_study("choices = [1, 2]\n", 13.2, 6.6), [](const Values& v, auto& random) {
         if (v.at("law") == 2) return JobResult{JobStatus::failed, "no such law", {}, 1};
         return two_laws(v, random);
       });
@@ -185,14 +185,14 @@ TEST(Choices, RunsOfAnExperimentThatDoesNotTakeItAreMadeOnce) {
       "[[experiments]]\nname = \"heap\"\ncase = \"case.toml\"\nparameters = [\"a\", \"law\"]\n"
       "set = { heap = 1 }\n";
   int tilts = 0, heaps = 0;
-  const LawOutcome o = carry_out(text, [&](const Values& v, std::mt19937_64& random) {
+  const LawOutcome o = carry_out_law_study(text, [&](const Values& v, std::mt19937_64& random) {
     if (v.contains("heap")) {
       ++heaps;
       return two_laws(v, random);
     }
     ++tilts;
     EXPECT_FALSE(v.contains("law"));
-    return finished({scalar("x", 10 + 8 * v.at("a") + 0.2 * normal(random), "1")});
+    return finished({scalar("x", 10 + 8 * v.at("a") + 0.2 * normal_deviate(random), "1")});
   });
   EXPECT_EQ(o.j["choice"]["best"], "2") << o.summary.table;
   EXPECT_GE(heaps, 2 * (3 + 6 * 2 + 3));
@@ -279,7 +279,7 @@ TEST(Noise, OfTwoSetsIsPooledWhereItAgrees) {
     std::mt19937_64 random(seed);
     std::vector<Sample> all;
     for (int i = 0; i < 30; ++i)
-      all.push_back(sample({10 + sd * normal(random), 10 + sd * normal(random)}));
+      all.push_back(sample({10 + sd * normal_deviate(random), 10 + sd * normal_deviate(random)}));
     return all;
   };
   const auto quiet = draw(0.1, 2), alike = draw(0.1, 3), loud = draw(1, 4);

@@ -63,8 +63,8 @@ normal = [0, 0, 1]
 frame_interval = "5 ms"
 )";
 
-std::string study_text(int design_points, int replicates_per_point, int refine_rounds,
-                       int confirmation_replicates) {
+std::string crash_study_text(int design_points, int replicates_per_point, int refine_rounds,
+                             int confirmation_replicates) {
   return "[study]\nname = \"balls\"\ncase = \"balls.toml\"\n[budget]\ncenter_replicates = 2\n"
          "design_points = " +
          std::to_string(design_points) +
@@ -184,12 +184,12 @@ class KillTest : public testing::Test {
 using KillTestLong = KillTest;
 
 TEST_F(KillTest, KilledAFewTimesItReachesTheSameAnswer) {
-  folder_.write("study.toml", study_text(3, 1, 0, 2));
+  folder_.write("study.toml", crash_study_text(3, 1, 0, 2));
   kill_and_resume(3, 1);
 }
 
 TEST_F(KillTestLong, KilledManyTimesItReachesTheSameAnswer) {
-  folder_.write("study.toml", study_text(12, 3, 2, 6));
+  folder_.write("study.toml", crash_study_text(12, 3, 2, 6));
   for (unsigned seed = 1; seed <= 4; ++seed) {
     kill_and_resume(40, seed);
     fs::remove_all(folder_ / "whole");
@@ -208,7 +208,7 @@ int failures(const std::string& said) {
 
 // A limit on the size of files stands for a full disk: every write beyond it fails.
 TEST_F(KillTest, WithoutRoomOnTheDiskItStopsAndGoesOnLater) {
-  folder_.write("study.toml", study_text(3, 1, 0, 2));
+  folder_.write("study.toml", crash_study_text(3, 1, 0, 2));
   ASSERT_EQ(run("whole"), 0) << err();
   for (const rlim_t size : {2000, 80000, 140000}) {
     EXPECT_NE(run("full",
@@ -236,7 +236,7 @@ TEST_F(KillTestLong, OnADiskThatIsFullItStopsAndGoesOnLater) {
     const std::string& disk;
     ~Unmount() { umount2(disk.c_str(), MNT_DETACH); }
   } const unmount{disk};
-  folder_.write("study.toml", study_text(8, 2, 1, 3));
+  folder_.write("study.toml", crash_study_text(8, 2, 1, 3));
   ASSERT_EQ(run("whole"), 0) << err();
   int stopped = 0;
   for (int size = 250; size < 8000; size += 250) {
@@ -295,7 +295,7 @@ TEST_F(KillTest, ARunThatTimedOutGoesOnUnderAHigherLimit) {
 }
 
 TEST_F(KillTest, AFolderThatCannotBeWrittenIsOneClearLine) {
-  folder_.write("study.toml", study_text(3, 1, 0, 2));
+  folder_.write("study.toml", crash_study_text(3, 1, 0, 2));
   // No process may write here, not even as root.
   EXPECT_EQ(run("/proc/self"), 2);
   EXPECT_THAT(err(), HasSubstr("/proc/self"));
@@ -304,7 +304,7 @@ TEST_F(KillTest, AFolderThatCannotBeWrittenIsOneClearLine) {
 }
 
 TEST_F(KillTest, ASecondStudyInTheSameFolderIsRefused) {
-  folder_.write("study.toml", study_text(8, 2, 0, 2));
+  folder_.write("study.toml", crash_study_text(8, 2, 0, 2));
   const pid_t first = start("both");
   while (!fs::exists(folder_ / "both/runs"))
     std::this_thread::sleep_for(std::chrono::milliseconds(5));

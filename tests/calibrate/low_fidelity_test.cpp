@@ -25,14 +25,15 @@ const std::string target =
     "[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\nuncertainty = \"0.5 deg\"\n";
 const std::string low = "[low_fidelity]\nset = { coarse = 1 }\n";
 
-double heap(const Values& v) {
+double heap_angle(const Values& v) {
   return 35 * std::pow(v.at("a.mu1"), 0.27) * std::pow(v.at("a.mu2"), 0.22);
 }
 
 // Of a quarter of the time, and 2 degrees too high.
 JobResult simulated(const Values& v, std::mt19937_64& random) {
   const bool coarse = v.contains("coarse");
-  JobResult r = finished({scalar("aor", heap(v) + (coarse ? 2 : 0) + 0.4 * normal(random), "deg")});
+  JobResult r = finished(
+      {scalar("aor", heap_angle(v) + (coarse ? 2 : 0) + 0.4 * normal_deviate(random), "deg")});
   r.wall = coarse ? 0.25 : 1;
   return r;
 }
@@ -41,12 +42,12 @@ JobResult simulated(const Values& v, std::mt19937_64& random) {
 struct RandomResponse {
   double level, slope_a, slope_b, bend, bias, bias_slope;
   explicit RandomResponse(std::mt19937_64& random)
-      : level(20 + normal(random)),
-        slope_a(3 * normal(random)),
-        slope_b(3 * normal(random)),
-        bend(normal(random)),
-        bias(2 * normal(random)),
-        bias_slope(0.5 * normal(random)) {}
+      : level(20 + normal_deviate(random)),
+        slope_a(3 * normal_deviate(random)),
+        slope_b(3 * normal_deviate(random)),
+        bend(normal_deviate(random)),
+        bias(2 * normal_deviate(random)),
+        bias_slope(0.5 * normal_deviate(random)) {}
   double high(const VectorXd& u) const {
     return level + slope_a * u[0] + slope_b * u[1] + bend * u[0] * u[1];
   }
@@ -61,7 +62,7 @@ SurrogateData sampled(const RandomResponse& truth, double noise, std::mt19937_64
     const VectorXd u = quasi_random_point(static_cast<std::uint64_t>(i), 2);
     data.u.row(i) = u.transpose();
     data.low_fidelity.push_back(i >= high);
-    data.y[i] = truth.high(u) + (i >= high ? truth.bias_at(u) : 0) + noise * normal(random);
+    data.y[i] = truth.high(u) + (i >= high ? truth.bias_at(u) : 0) + noise * normal_deviate(random);
   }
   return data;
 }
@@ -179,7 +180,7 @@ TEST(LowFidelity, ALargeBiasDoesNotMoveTheAnswer) {
   const Folder folder("large");
   FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
     const double bias = v.contains("coarse") ? 8 + 10 * v.at("a.mu1") : 0;
-    return finished({scalar("aor", heap(v) + bias + 0.3 * normal(random), "deg")});
+    return finished({scalar("aor", heap_angle(v) + bias + 0.3 * normal_deviate(random), "deg")});
   });
   const StudySummary s =
       run_study(folder.write("study.toml", friction_study(target + low, "runs = 60\n")),
@@ -188,7 +189,7 @@ TEST(LowFidelity, ALargeBiasDoesNotMoveTheAnswer) {
   EXPECT_EQ(j["verdict"], "not identifiable") << s.table;
   const json& fit = j["estimate"]["fit"]["aor"];
   const json& values = j["estimate"]["parameters"];
-  const double truth = heap({{"a.mu1", values["mu1"]}, {"a.mu2", values["mu2"]}});
+  const double truth = heap_angle({{"a.mu1", values["mu1"]}, {"a.mu2", values["mu2"]}});
   EXPECT_NEAR(fit["value"], truth, 3 * fit["uncertainty"].get<double>());
 }
 
@@ -201,8 +202,9 @@ TEST(LowFidelity, OfOneExperimentLeavesTheOthersAlone) {
     std::string key;
     for (const auto& [name, value] : v) key += name + std::to_string(value);
     ++slides[key];
-    return finished({scalar("slide_angle",
-                            std::atan(v.at("a.mu2")) * 180 / M_PI + 0.3 * normal(random), "deg")});
+    return finished(
+        {scalar("slide_angle", std::atan(v.at("a.mu2")) * 180 / M_PI + 0.3 * normal_deviate(random),
+                "deg")});
   });
   std::string text = friction_study(
       "[[targets]]\nexperiment = \"drained\"\nresponse = \"aor\"\nvalue = \"10 deg\"\n"

@@ -6,9 +6,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "calibrate/inference/goodness_of_fit.h"
 #include "calibrate/numerics/noise_model.h"
 #include "experiments/analysis/random_stream.h"
+#include "tests/calibrate/lab_study.h"
 #include "tests/support/fake_experiment.h"
 
 namespace firn {
@@ -16,178 +16,16 @@ namespace {
 
 using nlohmann::json;
 using testing::HasSubstr;
-using Values = FakeExperiment::Values;
-
-struct Range {
-  std::string name;
-  double min, max;
-};
-struct Aim {  // a target named t0, t1, ...
-  double value, uncertainty;
-};
-
-const std::vector<Range> unit_square = {{"a", 0, 1}, {"b", 0, 1}};
-
-std::string study_text(const std::vector<Range>& ranges, const std::vector<Aim>& aims, int runs,
-                       int seed, const std::string& more = "") {
-  std::string s =
-      fmt::format("[study]\nname = \"lab\"\ncase = \"case.toml\"\nseed = {}\n[budget]\nruns = {}\n",
-                  seed, runs);
-  for (const Range& r : ranges)
-    s += fmt::format("[[parameters]]\nname = \"{0}\"\nkeys = [\"{0}\"]\nmin = {1}\nmax = {2}\n",
-                     r.name, r.min, r.max);
-  for (std::size_t k = 0; k < aims.size(); ++k)
-    s += fmt::format("[[targets]]\nresponse = \"t{}\"\nvalue = {}\nuncertainty = {}\n", k,
-                     aims[k].value, aims[k].uncertainty);
-  return s + more;
-}
-
-struct Outcome {
-  StudySummary summary;
-  json j;
-  int runs = 0;
-};
-
-// One study of responses t0, t1, ... that `formula` gives.
-using Formula = std::function<std::vector<double>(const Values&, std::mt19937_64&)>;
-Outcome carry_out(const std::string& text, const Formula& formula) {
-  const Folder folder("lab");
-  FakeExperiment experiment([&](const Values& v, std::mt19937_64& random) {
-    std::vector<Response> all;
-    for (const double y : formula(v, random))
-      all.push_back(scalar("t" + std::to_string(all.size()), y, "1"));
-    return all.empty() ? JobResult{JobStatus::failed, "no value here", {}, 1} : finished(all);
-  });
-  Outcome o;
-  o.summary = run_study(folder.write("study.toml", text), folder / "out", experiment);
-  o.j = json::parse(o.summary.json);
-  o.runs = experiment.runs;
-  return o;
-}
-
-// t_k = 10 + s_k a + c_k b with directions spread over the half circle.
-double fan(int k, int count, double a, double b) {
-  const double angle = M_PI * (k + 0.3) / count;
-  return 10 + 8 * (std::cos(angle) * a + std::sin(angle) * b);
-}
-
-// The shares of studies of `count` targets that are called infeasible, each measured with an
-// independent error and `shift` on top, in standard deviations.
-double share_rejected(int count, int studies, const std::function<double(int)>& shift) {
-  int rejected = 0;
-  for (int s = 0; s < studies; ++s) {
-    std::mt19937_64 random(static_cast<std::uint64_t>(1000 * count + s));
-    const double a = 0.1 + 0.8 * uniform_open(random), b = 0.1 + 0.8 * uniform_open(random);
-    std::vector<Aim> aims;
-    for (int k = 0; k < count; ++k)
-      aims.push_back({fan(k, count, a, b) + 0.5 * (normal(random) + shift(k)), 0.5});
-    const Outcome o = carry_out(
-        study_text(unit_square, aims, 30, 1 + 10000 * s), [&](const Values& v, auto& noise) {
-          std::vector<double> t;
-          for (int k = 0; k < count; ++k)
-            t.push_back(fan(k, count, v.at("a"), v.at("b")) + 0.3 * normal(noise));
-          return t;
-        });
-    rejected += o.summary.verdict == StudyVerdict::infeasible ||
-                o.summary.verdict == StudyVerdict::unconfirmed;
-  }
-  return static_cast<double>(rejected) / studies;
-}
-
-// y = 5 + 10 a + 6 b over a in 0..1 and b in 0..2: at least 5.
-Outcome below_the_minimum(double target, int seed) {
-  return carry_out(study_text({{"a", 0, 1}, {"b", 0, 2}}, {{target, 0.8}}, 40, seed),
-                   [](const Values& v, auto& random) {
-                     return std::vector{5 + 10 * v.at("a") + 6 * v.at("b") + normal(random)};
-                   });
-}
-
-TEST(NegativeLogPosterior, OutOfReachIsSaidOnlyOfWhatWasSimulated) {
-  const Outcome near = below_the_minimum(5.149, 280197);
-  EXPECT_NE(near.summary.verdict, StudyVerdict::infeasible) << near.summary.table;
-  // Far below: said, and simulated there.
-  const Outcome far = below_the_minimum(0.5, 1);
-  EXPECT_EQ(far.summary.verdict, StudyVerdict::infeasible) << far.summary.table;
-  EXPECT_THAT(far.summary.headline, HasSubstr("infeasible within the ranges: t0 = 0.5"));
-  const json& nearest = far.j["estimate"];
-  EXPECT_LT(nearest["parameters"]["a"], 0.05);
-  EXPECT_LT(nearest["parameters"]["b"], 0.1);
-  EXPECT_GE(nearest["runs"]["finished"], 3);
-}
-
-TEST(MisfitLong, ATargetUnderTheMinimumByItsErrorIsWithinReach) {
-  int wrong = 0;
-  for (int s = 0; s < 40; ++s)
-    wrong += below_the_minimum(5 - 0.8 * (1.2 + 0.6 * s / 39), 1 + 1000 * s).summary.verdict ==
-             StudyVerdict::infeasible;
-  EXPECT_LE(wrong, 1);
-}
-
-TEST(NegativeLogPosterior, ChiSquareTailIsThatOfTheTables) {
-  EXPECT_NEAR(chi_square_tail(3.841, 1), 0.05, 1e-4);
-  EXPECT_NEAR(chi_square_tail(12.592, 6), 0.05, 1e-4);
-  EXPECT_EQ(chi_square_tail(0, 3), 1);
-  EXPECT_EQ(chi_square_tail(INFINITY, 3), 0);
-}
-
-TEST(NegativeLogPosterior, ResidualsOfOppositeSignsThatAreEachSmallAreTooMuchTogether) {
-  std::vector<Aim> aims;
-  for (int k = 0; k < 8; ++k)
-    aims.push_back({fan(k, 8, 0.5, 0.5) + 0.5 * (k % 2 == 0 ? 1.9 : -1.9), 0.5});
-  const Outcome o =
-      carry_out(study_text(unit_square, aims, 30, 1), [](const Values& v, auto& random) {
-        std::vector<double> t;
-        for (int k = 0; k < 8; ++k)
-          t.push_back(fan(k, 8, v.at("a"), v.at("b")) + 0.2 * normal(random));
-        return t;
-      });
-  EXPECT_EQ(o.summary.verdict, StudyVerdict::infeasible) << o.summary.table;
-  EXPECT_THAT(o.summary.headline, HasSubstr("meet all targets at once: chi-square"));
-  EXPECT_NEAR(o.j["goodness_of_fit"]["degrees_of_freedom"].get<double>(), 6, 0.3);
-}
-
-TEST(MisfitLong, FalseAlarmsAndPower) {
-  constexpr int studies = 24;
-  fmt::print("targets: share rejected when right; one wrong by 5 sd; opposing by 2 sd\n");
-  double alarms = 0;
-  for (const int count : {1, 2, 3, 4, 6, 8, 12}) {
-    const double right = share_rejected(count, studies, [](int) { return 0; });
-    alarms += right * studies;
-    fmt::print("{:>3}: {:.3f}", count, right);
-    EXPECT_LE(right * studies, 0.05 * studies + 3 * std::sqrt(0.0475 * studies)) << count;
-    if (count >= 6) {
-      const double one = share_rejected(count, studies, [](int k) { return k == 0 ? 5 : 0; });
-      const double opposing =
-          share_rejected(count, studies, [](int k) { return k % 2 == 0 ? 2 : -2; });
-      fmt::print("  {:.3f}  {:.3f}", one, opposing);
-      EXPECT_GT(one, 0.8) << count;
-      EXPECT_GT(opposing, 0.8) << count;
-    }
-    fmt::print("\n");
-  }
-  EXPECT_LE(alarms, 0.05 * 7 * studies + 2 * std::sqrt(0.0475 * 7 * studies));
-}
-
-TEST(NegativeLogPosterior, APriorThatConflictsWithTheDataIsNamed) {
-  std::string text = study_text(unit_square, {{12, 0.3}, {15, 0.3}}, 40, 1);
-  // The truth is at a = 0.2, b = 0.5; the prior wants a = 0.8.
-  text.insert(text.find("max = 1\n"), "prior_mean = 0.8\nprior_sd = 0.03\n");
-  const Outcome o = carry_out(text, [](const Values& v, auto& random) {
-    return std::vector{10 + 10 * v.at("a") + 0.3 * normal(random),
-                       10 + 10 * v.at("b") + 0.3 * normal(random)};
-  });
-  EXPECT_EQ(o.summary.verdict, StudyVerdict::prior_conflict) << o.summary.table;
-  EXPECT_THAT(o.summary.headline, HasSubstr("the priors conflict with the targets"));
-  EXPECT_TRUE(o.j["goodness_of_fit_without_priors"]["acceptable"].get<bool>());
-}
+using namespace lab;
 
 TEST(Budget, IsUsedOrWhatIsLeftIsExplained) {
   for (const int runs : {25, 40, 61, 80}) {
-    const Outcome o = carry_out(study_text(unit_square, {{13, 0.5}, {15, 0.5}}, runs, 3),
-                                [](const Values& v, auto& random) {
-                                  return std::vector{10 + 8 * v.at("a") + 2 * normal(random),
-                                                     10 + 8 * v.at("b") + 2 * normal(random)};
-                                });
+    const Outcome o =
+        carry_out(study_text(unit_square, {{13, 0.5}, {15, 0.5}}, runs, 3),
+                  [](const Values& v, auto& random) {
+                    return std::vector{10 + 8 * v.at("a") + 2 * normal_deviate(random),
+                                       10 + 8 * v.at("b") + 2 * normal_deviate(random)};
+                  });
     EXPECT_EQ(o.j["budget"]["left"], runs - o.runs);
     EXPECT_LE(o.runs, runs);
     const bool used = o.summary.table.find("the budget's runs are used") != std::string::npos;
@@ -202,7 +40,8 @@ TEST(Budget, IsUsedForAModelWhereMostOfTheRangesFail) {
   const Outcome o =
       carry_out(study_text(unit_square, {{11.5, 0.5}}, 40, 1), [](const Values& v, auto& random) {
         if (v.at("a") + v.at("b") > 0.77) return std::vector<double>{};
-        return std::vector{10 + 8 * v.at("a") * v.at("b") + 4 * v.at("a") + 0.3 * normal(random)};
+        return std::vector{10 + 8 * v.at("a") * v.at("b") + 4 * v.at("a") +
+                           0.3 * normal_deviate(random)};
       });
   EXPECT_NE(o.summary.verdict, StudyVerdict::too_few_runs) << o.summary.table;
   EXPECT_GT(o.runs, 30);
@@ -253,10 +92,10 @@ TEST(Parameters, ValuesAreRoundedRelativeToTheirRange) {
 }
 
 TEST(Parameters, ANarrowRangeFarFromZeroIsCalibrated) {
-  const Outcome o = carry_out(study_text({{"a", 1000, 1003}}, {{1.37, 0.02}}, 30, 1),
-                              [](const Values& v, auto& random) {
-                                return std::vector{v.at("a") - 1000 + 0.02 * normal(random)};
-                              });
+  const Outcome o = carry_out(
+      study_text({{"a", 1000, 1003}}, {{1.37, 0.02}}, 30, 1), [](const Values& v, auto& random) {
+        return std::vector{v.at("a") - 1000 + 0.02 * normal_deviate(random)};
+      });
   EXPECT_EQ(o.summary.verdict, StudyVerdict::calibrated) << o.summary.table;
   EXPECT_NEAR(o.j["estimate"]["parameters"]["a"].get<double>(), 1001.37, 0.05);
   EXPECT_THAT(o.summary.headline, HasSubstr("a = 1001.3"));
@@ -265,8 +104,8 @@ TEST(Parameters, ANarrowRangeFarFromZeroIsCalibrated) {
 TEST(Posterior, IsExportedWithAllItsSamples) {
   const Folder folder("samples");
   FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
-    return finished({scalar("t0", 10 + 8 * v.at("a") + 0.2 * normal(random), "1"),
-                     scalar("t1", 10 + 8 * v.at("b") + 0.2 * normal(random), "1")});
+    return finished({scalar("t0", 10 + 8 * v.at("a") + 0.2 * normal_deviate(random), "1"),
+                     scalar("t1", 10 + 8 * v.at("b") + 0.2 * normal_deviate(random), "1")});
   });
   const StudySummary s =
       run_study(folder.write("study.toml", study_text(unit_square, {{13, 0.4}, {15, 0.4}}, 30, 1)),
@@ -293,11 +132,11 @@ TEST(Posterior, IsExportedWithAllItsSamples) {
 }
 
 TEST(Report, EachFitIsFollowedByItsSimulation) {
-  const Outcome o = carry_out(study_text(unit_square, {{13, 0.4}, {15, 0.4}}, 30, 1),
-                              [](const Values& v, auto& random) {
-                                return std::vector{10 + 8 * v.at("a") + 0.2 * normal(random),
-                                                   10 + 8 * v.at("b") + 0.2 * normal(random)};
-                              });
+  const Outcome o = carry_out(
+      study_text(unit_square, {{13, 0.4}, {15, 0.4}}, 30, 1), [](const Values& v, auto& random) {
+        return std::vector{10 + 8 * v.at("a") + 0.2 * normal_deviate(random),
+                           10 + 8 * v.at("b") + 0.2 * normal_deviate(random)};
+      });
   int lines = 0;
   std::istringstream table(o.summary.table);
   for (std::string line; std::getline(table, line);)
@@ -315,8 +154,8 @@ TEST(Report, TheTableHasThePredictedResponseOfEachTarget) {
     const Outcome o =
         carry_out(study_text(unit_square, {{10 + 8 * a, 0.4}, {10 + 8 * b, 0.4}}, 30, 1 + 1000 * s),
                   [](const Values& v, auto& noise) {
-                    return std::vector{10 + 8 * v.at("a") + 0.2 * normal(noise),
-                                       10 + 8 * v.at("b") + 0.2 * normal(noise)};
+                    return std::vector{10 + 8 * v.at("a") + 0.2 * normal_deviate(noise),
+                                       10 + 8 * v.at("b") + 0.2 * normal_deviate(noise)};
                   });
     const std::string& table = o.summary.table;
     const std::size_t begin = table.find("Predicted responses");
@@ -342,7 +181,7 @@ LocalNoise scattered(int sites, int seeds, double factor, std::uint64_t seed) {
   for (int i = 0; i < sites; ++i) {
     NoiseSite site{Eigen::Vector2d(uniform_open(random), uniform_open(random)), 0, seeds - 1.0};
     const double scale = site.u.minCoeff() > 0.5 ? factor : 1;
-    for (int k = 1; k < seeds; ++k) site.squares += scale * std::pow(normal(random), 2);
+    for (int k = 1; k < seeds; ++k) site.squares += scale * std::pow(normal_deviate(random), 2);
     all.push_back(site);
   }
   return LocalNoise(all);
@@ -369,12 +208,12 @@ TEST(Outliers, AreFoundByOtherSeedsReportedAndLeftOut) {
   int found = 0;
   for (const double absurd : {1e9, -1e6, 1e3}) {
     int run = 0;
-    const Outcome o = carry_out(study_text(unit_square, {{14, 0.5}, {14, 0.5}}, 40, 1),
-                                [&](const Values& v, auto& random) {
-                                  const double t = 10 + 8 * v.at("a") + 0.4 * normal(random);
-                                  return std::vector{++run % 13 == 9 ? absurd : t,
-                                                     10 + 8 * v.at("b") + 0.4 * normal(random)};
-                                });
+    const Outcome o = carry_out(
+        study_text(unit_square, {{14, 0.5}, {14, 0.5}}, 40, 1), [&](const Values& v, auto& random) {
+          const double t = 10 + 8 * v.at("a") + 0.4 * normal_deviate(random);
+          return std::vector{++run % 13 == 9 ? absurd : t,
+                             10 + 8 * v.at("b") + 0.4 * normal_deviate(random)};
+        });
     for (const char* name : {"a", "b"}) {
       const json& p = o.j["parameters"][name[0] - 'a'];
       EXPECT_LT(p["interval_95"][0], 0.5) << o.summary.table;
@@ -396,10 +235,11 @@ TEST(Outliers, AValueThatAllSeedsHaveIsNone) {
   for (const bool step : {true, false}) {
     const Outcome o = carry_out(
         study_text(unit_square, {{14, 0.5}, {14, 0.5}}, 40, 1), [&](const Values& v, auto& random) {
-          const double t = 10 + 8 * v.at("a") + 0.4 * normal(random);
+          const double t = 10 + 8 * v.at("a") + 0.4 * normal_deviate(random);
           const bool high =
               step ? v.at("a") > 0.85 && v.at("b") > 0.85 : uniform_open(random) < 0.3;
-          return std::vector{t + (high ? 1000 : 0), 10 + 8 * v.at("b") + 0.4 * normal(random)};
+          return std::vector{t + (high ? 1000 : 0),
+                             10 + 8 * v.at("b") + 0.4 * normal_deviate(random)};
         });
     EXPECT_TRUE(o.j["outliers"].empty()) << o.summary.table;
   }
@@ -407,11 +247,12 @@ TEST(Outliers, AValueThatAllSeedsHaveIsNone) {
 
 TEST(Border, TheIntervalOfATruthOnTheBorderHoldsIt) {
   for (const double a : {0.0, 1.0}) {
-    const Outcome o = carry_out(study_text(unit_square, {{10 + 8 * a, 0.8}, {14, 0.8}}, 40, 1),
-                                [](const Values& v, auto& random) {
-                                  return std::vector{10 + 8 * v.at("a") + 0.4 * normal(random),
-                                                     10 + 8 * v.at("b") + 0.4 * normal(random)};
-                                });
+    const Outcome o =
+        carry_out(study_text(unit_square, {{10 + 8 * a, 0.8}, {14, 0.8}}, 40, 1),
+                  [](const Values& v, auto& random) {
+                    return std::vector{10 + 8 * v.at("a") + 0.4 * normal_deviate(random),
+                                       10 + 8 * v.at("b") + 0.4 * normal_deviate(random)};
+                  });
     const json& p = o.j["parameters"][0];
     EXPECT_EQ(p["interval_95"][a == 0 ? 0 : 1], a) << o.summary.table;
     EXPECT_TRUE(p[a == 0 ? "at_min" : "at_max"].get<bool>());
@@ -428,9 +269,10 @@ TEST(Border, ACombinationIsNotStatedMorePreciselyThanTheValleyIsStraight) {
     const double a = s % 2 == 0 ? 0 : uniform_open(random), b = uniform_open(random);
     const auto response = [](double x, double y) { return 10 * (x - 0.2) * (x - 0.2) + 8 * y; };
     const Outcome o = carry_out(
-        study_text(unit_square, {{response(a, b) + 0.3 * normal(random), 0.3}}, 40, 1 + 1000 * s),
+        study_text(unit_square, {{response(a, b) + 0.3 * normal_deviate(random), 0.3}}, 40,
+                   1 + 1000 * s),
         [&](const Values& v, auto& noise) {
-          return std::vector{response(v.at("a"), v.at("b")) + 0.2 * normal(noise)};
+          return std::vector{response(v.at("a"), v.at("b")) + 0.2 * normal_deviate(noise)};
         });
     const json& c = o.j["combinations"][0];
     if (!c["identifiable"].get<bool>()) continue;
@@ -440,68 +282,6 @@ TEST(Border, ACombinationIsNotStatedMorePreciselyThanTheValleyIsStraight) {
     EXPECT_GE(c["uncertainty"], c["uncertainty_near_estimate"]);
   }
   EXPECT_LE(off, 2);  // 5 % of 24 are 1.2
-}
-
-// A study with a store; how many runs it had to simulate.
-struct Stored {
-  explicit Stored(const std::string& name) : folder(name) {}
-  json run(const std::string& name, const std::string& text, int& simulated) {
-    FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
-      const double a = v.at("a"), b = v.at("b");
-      return finished({scalar("t0", 10 + 8 * a + 4 * a * b + 2 * normal(random), "1"),
-                       scalar("t1", 10 + 8 * b + 2 * normal(random), "1")});
-    });
-    StudyOptions options;
-    options.study_file = folder.write(name + ".toml", text);
-    options.directory = folder / name;
-    options.store = folder / "store.db";
-    options.show_progress = options.plot = false;
-    options.replace_executor = &experiment;
-    const json j = json::parse(calibrate(options).json);
-    simulated = experiment.runs;
-    return j;
-  }
-  Folder folder;
-};
-
-TEST(Reuse, LargerBudgetsOtherRangesAndMoreTargetsGoOnFromWhatWasRun) {
-  Stored stored("reuse");
-  const std::vector<Aim> both = {{14, 0.5}, {14, 0.5}};
-  int simulated = 0;
-  const json first = stored.run("forty", study_text(unit_square, both, 40, 1), simulated);
-  EXPECT_EQ(simulated, 40 - first["budget"]["left"].get<int>());
-  const int forty = simulated;
-  const json larger = stored.run("sixty", study_text(unit_square, both, 60, 1), simulated);
-  EXPECT_LE(simulated, 60 - forty) << larger.dump(1);
-  EXPECT_EQ(larger["runs"]["total"], forty + simulated);
-  EXPECT_GT(larger["budget"]["reused"], 30);
-  // The same again, in another folder: nothing is new, and the answer is the same.
-  const json again = stored.run("again", study_text(unit_square, both, 60, 1), simulated);
-  EXPECT_EQ(simulated, 0);
-  EXPECT_EQ(again["estimate"], larger["estimate"]);
-  // Going on in the folder of a study changes nothing either.
-  EXPECT_EQ(stored.run("sixty", study_text(unit_square, both, 60, 1), simulated), larger);
-  EXPECT_EQ(simulated, 0);
-  const json narrower =
-      stored.run("narrower", study_text({{"a", 0, 0.9}, {"b", 0, 1}}, both, 60, 1), simulated);
-  EXPECT_LE(simulated, 20);
-  const json wider =
-      stored.run("wider", study_text({{"a", -0.2, 1}, {"b", 0, 1.1}}, both, 75, 1), simulated);
-  EXPECT_LE(simulated, 25);
-  // No reuse, where the study says so.
-  std::string alone = study_text(unit_square, both, 41, 7);
-  alone.insert(alone.find("runs = 41"), "reuse = false\n");
-  EXPECT_EQ(stored.run("alone", alone, simulated)["budget"]["reused"], 0);
-}
-
-TEST(Reuse, AnotherTargetCostsNoRunThatWasMade) {
-  Stored stored("target");
-  int simulated = 0;
-  stored.run("one", study_text(unit_square, {{14, 0.5}}, 40, 1), simulated);
-  const json two =
-      stored.run("two", study_text(unit_square, {{14, 0.5}, {14, 0.5}}, 44, 1), simulated);
-  EXPECT_LE(simulated, 12);
-  EXPECT_LE(two["runs"]["total"], 44);
 }
 
 }  // namespace

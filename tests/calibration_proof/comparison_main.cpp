@@ -16,6 +16,7 @@
 #include "calibrate/numerics/experimental_design.h"
 #include "calibrate/numerics/optimize.h"
 #include "experiments/analysis/random_stream.h"
+#include "experiments/analysis/sample_statistics.h"
 #include "experiments/storage/sha256.h"
 #include "tests/calibration_proof/covered_problem.h"
 #include "tests/support/fake_experiment.h"
@@ -164,69 +165,119 @@ MethodAnswer by_quadratic(Laboratory& lab, int runs) {
 constexpr int mean_of = 2;  // replicates of an evaluation of a search
 
 // CMA-ES (Hansen, The CMA evolution strategy: a tutorial, 2016) in the unit cube; points beyond it
-// are moved onto it. The answer is the mean of the last distribution, and the stated interval
-// two of its standard deviations, as of an uncertainty read off the last generation.
-MethodAnswer by_cma_es(Laboratory& lab, int runs) {
-  const Index d = lab.dimensions();
-  const auto n = static_cast<double>(d);
-  const int lambda = 4 + static_cast<int>(3 * std::log(n)), parents = lambda / 2;
-  VectorXd weights(parents);
-  for (int i = 0; i < parents; ++i) weights[i] = std::log((lambda + 1) / 2.0) - std::log(i + 1.0);
-  weights /= weights.sum();
-  const double effective = 1 / weights.squaredNorm();
-  const double c_sigma = (effective + 2) / (n + effective + 5);
-  const double damping = 1 + 2 * std::max(0.0, std::sqrt((effective - 1) / (n + 1)) - 1) + c_sigma;
-  const double c_path = (4 + effective / n) / (n + 4 + 2 * effective / n);
-  const double c_one = 2 / ((n + 1.3) * (n + 1.3) + effective);
-  const double c_mu =
-      std::min(1 - c_one, 2 * (effective - 2 + 1 / effective) / ((n + 2) * (n + 2) + effective));
-  const double normal_length = std::sqrt(n) * (1 - 1 / (4 * n) + 1 / (21 * n * n));
-  VectorXd mean = VectorXd::Constant(d, 0.5), path = VectorXd::Zero(d), step_path = path;
-  MatrixXd covariance = MatrixXd::Identity(d, d);
-  double sigma = 0.3;
-  for (int left = runs, generation = 1; left >= lambda * mean_of; ++generation) {
-    left -= lambda * mean_of;
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(covariance);
+// are moved onto it.
+class CmaEs {
+ public:
+  explicit CmaEs(Index d)
+      : n_(static_cast<double>(d)),
+        lambda_(4 + static_cast<int>(3 * std::log(n_))),
+        parents_(lambda_ / 2),
+        weights_(parents_),
+        mean_(VectorXd::Constant(d, 0.5)),
+        path_(VectorXd::Zero(d)),
+        step_path_(path_),
+        covariance_(MatrixXd::Identity(d, d)) {
+    for (int i = 0; i < parents_; ++i)
+      weights_[i] = std::log((lambda_ + 1) / 2.0) - std::log(i + 1.0);
+    weights_ /= weights_.sum();
+    effective_ = 1 / weights_.squaredNorm();
+    c_sigma_ = (effective_ + 2) / (n_ + effective_ + 5);
+    damping_ = 1 + 2 * std::max(0.0, std::sqrt((effective_ - 1) / (n_ + 1)) - 1) + c_sigma_;
+    c_path_ = (4 + effective_ / n_) / (n_ + 4 + 2 * effective_ / n_);
+    c_one_ = 2 / ((n_ + 1.3) * (n_ + 1.3) + effective_);
+    c_mu_ = std::min(1 - c_one_,
+                     2 * (effective_ - 2 + 1 / effective_) / ((n_ + 2) * (n_ + 2) + effective_));
+    normal_length_ = std::sqrt(n_) * (1 - 1 / (4 * n_) + 1 / (21 * n_ * n_));
+  }
+
+  int evaluations() const { return lambda_ * mean_of; }  // of a generation
+  const VectorXd& mean() const { return mean_; }
+  // So many standard deviations of the distribution.
+  double half_width(double factor, Index i) const {
+    return factor * sigma_ * std::sqrt(covariance_(i, i));
+  }
+
+  void next_generation(Laboratory& lab) {
+    ++generation_;
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(covariance_);
     const VectorXd roots = eigen.eigenvalues().cwiseMax(1e-20).cwiseSqrt();
-    std::vector<std::pair<double, VectorXd>> children;
-    for (int i = 0; i < lambda; ++i) {
-      VectorXd z(d);
-      for (double& x : z) x = normal(lab.random);
-      const VectorXd u =
-          (mean + sigma * (eigen.eigenvectors() * roots.cwiseProduct(z))).cwiseMax(0).cwiseMin(1);
+    const Children children = drawn_children(lab, eigen.eigenvectors(), roots);
+    const VectorXd before = mean_;
+    mean_.setZero();
+    for (int i = 0; i < parents_; ++i)
+      mean_ += weights_[i] * children[static_cast<std::size_t>(i)].second;
+    const VectorXd step = (mean_ - before) / sigma_;
+    const VectorXd whitened =
+        eigen.eigenvectors() * (eigen.eigenvectors().transpose() * step).cwiseQuotient(roots);
+    const bool moving = follow(step, whitened);
+    adapt(children, before, moving);
+  }
+
+ private:
+  using Children = std::vector<std::pair<double, VectorXd>>;  // distance and place, best first
+
+  Children drawn_children(Laboratory& lab, const MatrixXd& axes, const VectorXd& roots) const {
+    Children children;
+    for (int i = 0; i < lambda_; ++i) {
+      VectorXd z(mean_.size());
+      for (double& x : z) x = normal_deviate(lab.random);
+      const VectorXd u = (mean_ + sigma_ * (axes * roots.cwiseProduct(z))).cwiseMax(0).cwiseMin(1);
       children.emplace_back(lab.simulated_distance(u, mean_of), u);
     }
     std::sort(children.begin(), children.end(),
               [](const auto& a, const auto& b) { return a.first < b.first; });
-    const VectorXd before = mean;
-    mean.setZero();
-    for (int i = 0; i < parents; ++i)
-      mean += weights[i] * children[static_cast<std::size_t>(i)].second;
-    const VectorXd step = (mean - before) / sigma;
-    const VectorXd whitened =
-        eigen.eigenvectors() * (eigen.eigenvectors().transpose() * step).cwiseQuotient(roots);
-    step_path =
-        (1 - c_sigma) * step_path + std::sqrt(c_sigma * (2 - c_sigma) * effective) * whitened;
-    const bool moving = step_path.norm() / std::sqrt(1 - std::pow(1 - c_sigma, 2.0 * generation)) <
-                        (1.4 + 2 / (n + 1)) * normal_length;
-    path =
-        (1 - c_path) * path + (moving ? std::sqrt(c_path * (2 - c_path) * effective) : 0.0) * step;
-    MatrixXd ranks = MatrixXd::Zero(d, d);
-    for (int i = 0; i < parents; ++i) {
-      const VectorXd y = (children[static_cast<std::size_t>(i)].second - before) / sigma;
-      ranks += weights[i] * y * y.transpose();
-    }
-    covariance = (1 - c_one - c_mu + (moving ? 0.0 : c_one * c_path * (2 - c_path))) * covariance +
-                 c_one * path * path.transpose() + c_mu * ranks;
-    sigma =
-        std::min(1.0, sigma * std::exp(c_sigma / damping * (step_path.norm() / normal_length - 1)));
+    return children;
   }
+
+  // Updates the evolution paths. False where the step path is too long for the path to follow.
+  bool follow(const VectorXd& step, const VectorXd& whitened) {
+    step_path_ =
+        (1 - c_sigma_) * step_path_ + std::sqrt(c_sigma_ * (2 - c_sigma_) * effective_) * whitened;
+    const bool moving =
+        step_path_.norm() / std::sqrt(1 - std::pow(1 - c_sigma_, 2.0 * generation_)) <
+        (1.4 + 2 / (n_ + 1)) * normal_length_;
+    path_ = (1 - c_path_) * path_ +
+            (moving ? std::sqrt(c_path_ * (2 - c_path_) * effective_) : 0.0) * step;
+    return moving;
+  }
+
+  // Updates the covariance and the step length.
+  void adapt(const Children& children, const VectorXd& before, bool moving) {
+    MatrixXd ranks = MatrixXd::Zero(mean_.size(), mean_.size());
+    for (int i = 0; i < parents_; ++i) {
+      const VectorXd y = (children[static_cast<std::size_t>(i)].second - before) / sigma_;
+      ranks += weights_[i] * y * y.transpose();
+    }
+    covariance_ =
+        (1 - c_one_ - c_mu_ + (moving ? 0.0 : c_one_ * c_path_ * (2 - c_path_))) * covariance_ +
+        c_one_ * path_ * path_.transpose() + c_mu_ * ranks;
+    sigma_ = std::min(
+        1.0, sigma_ * std::exp(c_sigma_ / damping_ * (step_path_.norm() / normal_length_ - 1)));
+  }
+
+  double n_;  // parameters
+  int lambda_, parents_, generation_ = 0;
+  VectorXd weights_;
+  double effective_ = 0, c_sigma_ = 0, damping_ = 0, c_path_ = 0, c_one_ = 0, c_mu_ = 0;
+  double normal_length_ = 0;  // of a standard normal vector, in the mean
+  VectorXd mean_, path_, step_path_;
+  MatrixXd covariance_;
+  double sigma_ = 0.3;
+};
+
+// The answer is the mean of the last distribution, and the stated interval two of its standard
+// deviations, as of an uncertainty read off the last generation.
+MethodAnswer by_cma_es(Laboratory& lab, int runs) {
+  const Index d = lab.dimensions();
+  CmaEs search(d);
+  for (int left = runs; left >= search.evaluations(); left -= search.evaluations())
+    search.next_generation(lab);
   MethodAnswer a;
-  a.values = values_at(lab.problem, mean);
+  a.values = values_at(lab.problem, search.mean());
   for (Index i = 0; i < d; ++i) {
     const double u = lab.problem.parameters[static_cast<std::size_t>(i)].to_unit(
         lab.truth[static_cast<std::size_t>(i)]);
-    a.inside += std::abs(u - mean[i]) <= 1.96 * sigma * std::sqrt(covariance(i, i));
+    a.inside += std::abs(u - search.mean()[i]) <= search.half_width(1.96, i);
     ++a.intervals;
   }
   return a;
@@ -268,7 +319,7 @@ Laboratory laboratory(const CoveredProblem& p, int study, double errors, double 
   std::mt19937_64 random(lab.seed);
   lab.truth = values_at(p, draw_truth(p, "prior", random));
   for (const CoveredResponse& r : p.responses)
-    lab.target.push_back(r.mean(lab.truth) + errors * r.uncertainty * normal(random));
+    lab.target.push_back(r.mean(lab.truth) + errors * r.uncertainty * normal_deviate(random));
   // The first target is too large by so many standard deviations.
   lab.target[0] += shift * p.responses[0].uncertainty;
   lab.random.seed(lab.seed + 77);

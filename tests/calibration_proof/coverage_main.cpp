@@ -106,7 +106,7 @@ CoverageCounts cover(const CoveredProblem& p, const std::string& where, int stud
     const Values truth = values_at(p, u);
     std::vector<double> target;
     for (const CoveredResponse& r : p.responses)
-      target.push_back(r.mean(truth) + r.uncertainty * normal(random));
+      target.push_back(r.mean(truth) + r.uncertainty * normal_deviate(random));
     judge_study(p, u, truth, target, solve_covered(p, truth, target, runs, 1 + 10000 * s), t);
   }
   return t;

@@ -56,7 +56,7 @@ CoveredProblem read_covered_problem(const TomlTable& t) {
 }  // namespace
 
 double CoveredResponse::run(const Values& v, std::mt19937_64& random) const {
-  const double scatter = noise(v) * normal(random);
+  const double scatter = noise(v) * normal_deviate(random);
   return value(v) + scatter + (uniform_open(random) < shift_share(v) ? shift(v) : 0);
 }
 

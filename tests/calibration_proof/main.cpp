@@ -28,7 +28,7 @@ std::vector<double> measured(const Problem& problem, int study) {
   std::mt19937_64 random(static_cast<std::uint64_t>(7919 * study + 13));
   std::vector<double> target;
   for (const ProofResponse& r : problem.responses)
-    target.push_back(r.value(problem.truth) + r.uncertainty * normal(random));
+    target.push_back(r.value(problem.truth) + r.uncertainty * normal_deviate(random));
   return target;
 }
 
@@ -122,7 +122,8 @@ double random_search(const Problem& problem, const std::vector<double>& target, 
     double seen = 0;
     for (std::size_t k = 0; k < target.size(); ++k) {
       const ProofResponse& r = problem.responses[k];
-      seen += std::pow((r.value(p) + r.noise * normal(random) - target[k]) / r.uncertainty, 2);
+      seen +=
+          std::pow((r.value(p) + r.noise * normal_deviate(random) - target[k]) / r.uncertainty, 2);
     }
     if (i == 0 || seen < best) {
       best = seen;

@@ -39,7 +39,7 @@ struct Problem {
       std::vector<Response> all;
       JobStatus status = JobStatus::finished;
       for (const ProofResponse& r : responses) {
-        const double luck = normal(random);
+        const double luck = normal_deviate(random);
         if (ends && all.empty()) status = ends(values(keys), luck);
         all.push_back(scalar(r.name, r.value(values(keys)) + r.noise * luck, "1"));
       }

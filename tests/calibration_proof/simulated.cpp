@@ -12,6 +12,7 @@
 
 #include "calibrate/calibration.h"
 #include "calibrate/study/study_runs.h"
+#include "experiments/analysis/random_stream.h"
 #include "experiments/analysis/sample_statistics.h"
 #include "experiments/storage/version.h"
 #include "tests/support/fake_experiment.h"
@@ -152,7 +153,7 @@ std::vector<JobResult> SimulatedStudies::runs_at(const Values& values, std::uint
 void SimulatedStudies::write_measurements(const std::vector<JobResult>& runs, int number) const {
   std::mt19937_64 random(static_cast<std::uint64_t>(7919 * number + 13));
   for (const SimulatedProblem::Measured& m : problem_.measured) {
-    const double offset = m.reading * normal(random);
+    const double offset = m.reading * normal_deviate(random);
     std::vector<double> values = values_of(runs, m.response);
     for (double& v : values) v += offset;
     std::string text = fmt::format(
@@ -195,24 +196,48 @@ std::string SimulatedStudies::study_text(const Values& truth, std::uint64_t seed
          fmt::format("[[compare]]\nname = \"truth\"\nvalues = {{ {} }}\n", fmt::join(names, ", "));
 }
 
-std::optional<Verdict> SimulatedStudies::study(int number) {
-  std::mt19937_64 random(static_cast<std::uint64_t>(104729 * number + 1));
-  Verdict v;
-  for (const SimulatedProblem::Unknown& p : problem_.unknowns) {
-    const double share = (static_cast<double>(random() >> 11) + 0.5) * 0x1p-53;
-    v.truth.push_back(p.min * std::pow(p.max / p.min, share));
+namespace {
+
+// What the results of a study say of the truth, which is its first [[compare]] set.
+void judge_truth(const json& results, Verdict& v) {
+  v.hpd_level = results["compare"][0]["hpd_level"];
+  for (std::size_t i = 0; i < v.truth.size(); ++i) {
+    const json& interval = results["parameters"][i]["interval_95"];
+    v.intervals += interval[0] <= v.truth[i] && v.truth[i] <= interval[1];
   }
-  const std::uint64_t own = study_stride * static_cast<std::uint64_t>(number + 1);
-  const std::uint64_t seed = problem_.same_design ? 1 : own;
+  if (results["combinations"].empty() || !results["combinations"][0]["identifiable"]) return;
+  const json& c = results["combinations"][0];
+  double at_truth = 0;
+  for (std::size_t i = 0; i < v.truth.size(); ++i)
+    at_truth += c["terms"][i]["coefficient"].get<double>() * std::log(v.truth[i]);
+  const double off = at_truth - c["value"].get<double>();
+  v.combination_z = off / c["uncertainty"].get<double>();
+  v.strayed_z = off / c["spread_over_posterior"].get<double>();
+}
+
+}  // namespace
+
+SimulatedStudies::Values SimulatedStudies::drawn_truth(int number) const {
+  std::mt19937_64 random(static_cast<std::uint64_t>(104729 * number + 1));
+  Values truth;
+  for (const SimulatedProblem::Unknown& p : problem_.unknowns)
+    truth.push_back(p.min * std::pow(p.max / p.min, uniform_open(random)));
+  return truth;
+}
+
+// The repeats of the measurements; nothing where one did not finish.
+std::optional<std::vector<JobResult>> SimulatedStudies::measured_at(const Values& truth,
+                                                                    std::uint64_t first_seed) {
   std::vector<JobResult> measured;
   for (int i = 0; i < problem_.repeats; ++i) {
-    const auto repeat = static_cast<std::uint64_t>(i);
-    measured.push_back(runs_at(v.truth, own + truth_seeds + repeat, 1).front());
+    measured.push_back(runs_at(truth, first_seed + static_cast<std::uint64_t>(i), 1).front());
     if (measured.back().status != JobStatus::finished) return std::nullopt;
   }
-  write_measurements(measured, number);
-  const std::string file = (fs::path(folder_) / "study.toml").string();
-  std::ofstream(file) << study_text(v.truth, seed);
+  return measured;
+}
+
+// Carries out the study in the file; its results as JSON.
+std::string SimulatedStudies::results_of(const std::string& file, int number) const {
   StudyOptions options;
   options.study_file = file;
   options.directory = (fs::path(folder_) / fmt::format("study-{}", number)).string();
@@ -222,45 +247,52 @@ std::optional<Verdict> SimulatedStudies::study(int number) {
   options.store = store_file_;
   options.show_progress = false;
   options.plot = plot_;
-  const json j = json::parse(calibrate(options).json);
+  const std::string results = calibrate(options).json;
   fs::remove_all(fs::path(options.directory) / "runs");
+  return results;
+}
 
+// Distances of a stated response at the estimate from that of fresh runs there, in standard errors.
+std::vector<double> SimulatedStudies::reported_z(const std::string& results,
+                                                 std::uint64_t first_seed) {
+  const json estimate = json::parse(results).at("estimate");
+  Values answer;
+  for (const SimulatedProblem::Unknown& p : problem_.unknowns)
+    answer.push_back(estimate["parameters"][p.name]);
+  const auto runs = runs_at(answer, first_seed, problem_.fresh);
+  std::vector<double> all;
+  for (const SimulatedProblem::Measured& m : problem_.measured) {
+    const json& stated = estimate["simulated"][m.response];
+    const Sample fresh = sample(values_of(runs, m.response));
+    if (fresh.count < 2 || stated["value"].is_null()) continue;
+    const double variance =
+        widened_variance(fresh.sum_of_squares / (fresh.count - 1), fresh.count - 1) / fresh.count;
+    all.push_back((stated["value"].get<double>() - fresh.mean) /
+                  std::hypot(stated["standard_error"].get<double>(), std::sqrt(variance)));
+  }
+  return all;
+}
+
+std::optional<Verdict> SimulatedStudies::study(int number) {
+  Verdict v;
+  v.truth = drawn_truth(number);
+  const std::uint64_t own = study_stride * static_cast<std::uint64_t>(number + 1);
+  const auto measured = measured_at(v.truth, own + truth_seeds);
+  if (!measured) return std::nullopt;
+  write_measurements(*measured, number);
+  const std::string file = (fs::path(folder_) / "study.toml").string();
+  std::ofstream(file) << study_text(v.truth, problem_.same_design ? 1 : own);
+  const std::string results = results_of(file, number);
+  const json j = json::parse(results);
   v.verdict = j["verdict"];
   v.runs = j["runs"]["total"];
   v.arched = j["runs"]["arched"];
   v.failed = j["runs"]["failed"];
   v.wall = j["wall_seconds"];
-  const json& truth = j["compare"][0];
-  if (!truth.contains("hpd_level")) return v;
-  v.hpd_level = truth["hpd_level"];
-  for (std::size_t i = 0; i < v.truth.size(); ++i) {
-    const json& interval = j["parameters"][i]["interval_95"];
-    v.intervals += interval[0] <= v.truth[i] && v.truth[i] <= interval[1];
-  }
-  if (!j["combinations"].empty() && j["combinations"][0]["identifiable"]) {
-    const json& c = j["combinations"][0];
-    double at_truth = 0;
-    for (std::size_t i = 0; i < v.truth.size(); ++i)
-      at_truth += c["terms"][i]["coefficient"].get<double>() * std::log(v.truth[i]);
-    const double off = at_truth - c["value"].get<double>();
-    v.combination_z = off / c["uncertainty"].get<double>();
-    v.strayed_z = off / c["spread_over_posterior"].get<double>();
-  }
-  if (problem_.fresh == 0 || !j.contains("estimate") || !j["estimate"].contains("simulated"))
-    return v;
-  Values answer;
-  for (const SimulatedProblem::Unknown& p : problem_.unknowns)
-    answer.push_back(j["estimate"]["parameters"][p.name]);
-  const auto runs = runs_at(answer, own + fresh_seeds, problem_.fresh);
-  for (const SimulatedProblem::Measured& m : problem_.measured) {
-    const json& stated = j["estimate"]["simulated"][m.response];
-    const Sample fresh = sample(values_of(runs, m.response));
-    if (fresh.count < 2 || stated["value"].is_null()) continue;
-    const double variance =
-        widened_variance(fresh.sum_of_squares / (fresh.count - 1), fresh.count - 1) / fresh.count;
-    v.reported_z.push_back((stated["value"].get<double>() - fresh.mean) /
-                           std::hypot(stated["standard_error"].get<double>(), std::sqrt(variance)));
-  }
+  if (!j["compare"][0].contains("hpd_level")) return v;
+  judge_truth(j, v);
+  if (problem_.fresh > 0 && j.contains("estimate") && j["estimate"].contains("simulated"))
+    v.reported_z = reported_z(results, own + fresh_seeds);
   return v;
 }
 

@@ -68,6 +68,10 @@ class SimulatedStudies {
   std::vector<JobResult> runs_at(const Values& values, std::uint64_t first_seed, int count);
   void write_measurements(const std::vector<JobResult>& runs, int number) const;
   std::string study_text(const Values& truth, std::uint64_t seed) const;
+  Values drawn_truth(int number) const;
+  std::optional<std::vector<JobResult>> measured_at(const Values& truth, std::uint64_t first_seed);
+  std::string results_of(const std::string& file, int number) const;
+  std::vector<double> reported_z(const std::string& results, std::uint64_t first_seed);
 
   const SimulatedProblem& problem_;
   std::string folder_, store_file_, program_;

@@ -26,7 +26,7 @@ double rise(double height, double tau, double time) { return height * (1 - std::
 // An error with a root mean square of about `sd`, of a level and a bend.
 struct SmoothError {
   SmoothError(double sd, std::mt19937_64& random)
-      : level(sd * std::sqrt(0.5) * normal(random)), bend(sd * normal(random)) {}
+      : level(sd * std::sqrt(0.5) * normal_deviate(random)), bend(sd * normal_deviate(random)) {}
   double at(double time) const { return level + bend * std::cos(M_PI * time / 5); }
   double level, bend;
 };
@@ -141,10 +141,10 @@ TEST(Curves, APartThatNoSimulatedCurveHasIsNamed) {
 TEST(Curves, TheScatterOfASingleRunIsNoSuchPart) {
   const Folder folder("curve-scatter");
   std::mt19937_64 own(4);
-  write_record(folder, [&](double t) { return rise(9, 1.2, t) + normal(own); });
+  write_record(folder, [&](double t) { return rise(9, 1.2, t) + normal_deviate(own); });
   FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
     JobResult r = press(v, random);
-    for (double& y : r.responses[1].value) y += normal(random);
+    for (double& y : r.responses[1].value) y += normal_deviate(random);
     return r;
   });
   const StudySummary s =

@@ -41,7 +41,7 @@ struct LineStudy {
       for (std::uint64_t seed = 1; seed <= 2; ++seed) {
         point.seeds.push_back(seed);
         point.results[0].push_back(
-            finished({scalar("y", line(point.u[0]) + 0.05 * normal(random), "1")}));
+            finished({scalar("y", line(point.u[0]) + 0.05 * normal_deviate(random), "1")}));
       }
       points.push_back(point);
     }
@@ -76,8 +76,8 @@ double coverage(double discrepancy, int studies) {
   int held = 0;
   for (int i = 0; i < studies; ++i) {
     const double a = 0.2 + 0.6 * uniform_open(random);
-    const double bias = bias_sd * normal(random);
-    s.study.targets[0].value = line(a) + bias + measurement_sd * normal(random);
+    const double bias = bias_sd * normal_deviate(random);
+    s.study.targets[0].value = line(a) + bias + measurement_sd * normal_deviate(random);
     held += s.region_holds(a);
   }
   return static_cast<double>(held) / studies;
@@ -102,8 +102,8 @@ std::string p_study(const std::string& targets) {
 }
 
 JobResult two_lines(const Values& v, std::mt19937_64& random) {
-  return finished({scalar("x", 10 + 8 * v.at("p") + 0.05 * normal(random), "deg"),
-                   scalar("y", 20 + 8 * v.at("p") + 0.05 * normal(random), "deg")});
+  return finished({scalar("x", 10 + 8 * v.at("p") + 0.05 * normal_deviate(random), "deg"),
+                   scalar("y", 20 + 8 * v.at("p") + 0.05 * normal_deviate(random), "deg")});
 }
 
 TEST(Discrepancy, AConflictOfTwoTargetsIsAcceptedWhereItIsStated) {
@@ -148,8 +148,8 @@ TEST(Discrepancy, ARepeatedMeasurementDoesNotReduceIt) {
   const double u = 0.06, b = 0.08;
   const Folder folder("discrepancy-repeat");
   FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
-    return finished({scalar("y", v.at("p") + 1e-4 * normal(random), "1"),
-                     scalar("z", v.at("p") + 1e-4 * normal(random), "1")});
+    return finished({scalar("y", v.at("p") + 1e-4 * normal_deviate(random), "1"),
+                     scalar("z", v.at("p") + 1e-4 * normal_deviate(random), "1")});
   });
   const json j = json::parse(
       run_study(

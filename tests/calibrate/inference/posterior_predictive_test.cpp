@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "experiments/analysis/sample_statistics.h"
 #include "tests/support/fake_experiment.h"
 
 namespace firn {
@@ -34,7 +35,7 @@ TEST(NormalMixture, OfMembersThatAreNumbersHasTheirWeightedQuantiles) {
   std::vector<double> values, weights;
   std::mt19937_64 random(3);
   for (int i = 0; i < 1000; ++i) {
-    values.push_back(normal(random));
+    values.push_back(normal_deviate(random));
     weights.push_back(i % 3 == 0 ? 5.0 : 1.0);
   }
   const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
@@ -83,8 +84,8 @@ struct LinearResponse {
       point.u = VectorXd::Constant(1, i / (places - 1.0));
       point.results.resize(1);
       for (int k = 0; k < seeds; ++k)
-        point.results[0].push_back(
-            finished({scalar("y", mean(point.u[0]) + noise(point.u[0]) * normal(random), "mm")}));
+        point.results[0].push_back(finished(
+            {scalar("y", mean(point.u[0]) + noise(point.u[0]) * normal_deviate(random), "mm")}));
       points.push_back(point);
     }
     models = fit_response_models(study, points);
@@ -128,8 +129,9 @@ TEST(PosteriorPredictive, IntervalsCoverWhatTheySay) {
   int runs_95 = 0, runs_68 = 0, means_95 = 0;
   for (int i = 0; i < studies; ++i) {
     const double truth = LinearResponse::mean((i + 0.5) / studies);
-    const PosteriorPredictive p = linear.predict(truth + uncertainty * normal(random), uncertainty);
-    const double run = truth + noise * normal(random);
+    const PosteriorPredictive p =
+        linear.predict(truth + uncertainty * normal_deviate(random), uncertainty);
+    const double run = truth + noise * normal_deviate(random);
     const auto within = [](const PredictiveDistribution& d, double y, std::size_t low) {
       return d.quantiles[low] <= y && y <= d.quantiles[4 - low];
     };

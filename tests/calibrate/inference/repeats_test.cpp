@@ -56,7 +56,7 @@ TEST(SingleRuns, ModelsOfLinesStateTheUncertaintyThatTheyHave) {
     const double a = 4 + 8 * uniform_open(random), b = 8 * uniform_open(random);
     const auto line = [&](const VectorXd& u) { return a * u[0] + b * u[1]; };
     const SingleRuns runs(s + 1, [&](const VectorXd& u, std::mt19937_64& noise) {
-      return line(u) + 0.6 * normal(noise);
+      return line(u) + 0.6 * normal_deviate(noise);
     });
     for (int i = 0; i < places; ++i) {
       const Vector2d u(uniform_open(random), uniform_open(random));
@@ -75,7 +75,7 @@ TEST(SingleRuns, ScatterThatTheMiddleDoesNotHaveIsNoticed) {
   for (std::uint64_t s = 0; s < 20; ++s) {
     const auto response = [](bool shifted) {
       return [shifted](const VectorXd& u, std::mt19937_64& random) {
-        const double y = 10 * u[0] + 6 * u[1] + 0.4 * normal(random);
+        const double y = 10 * u[0] + 6 * u[1] + 0.4 * normal_deviate(random);
         return y + (uniform_open(random) < 0.3 && shifted && u.sum() > 1 ? 5 : 0);
       };
     };
@@ -91,7 +91,7 @@ TEST(SingleRuns, ScatterThatTheMiddleDoesNotHaveIsNoticed) {
 
 TEST(SingleRuns, ThoseThatMeetTheTargetAreRepeated) {
   const SingleRuns runs(3, [](const VectorXd& u, std::mt19937_64& random) {
-    return 10 * u[0] + 6 * u[1] + 0.1 * normal(random);
+    return 10 * u[0] + 6 * u[1] + 0.1 * normal_deviate(random);
   });
   const auto chosen = points_to_repeat(runs.study, *runs.models, runs.points, 3);
   ASSERT_EQ(chosen.size(), 3u);

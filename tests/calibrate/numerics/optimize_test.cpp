@@ -14,7 +14,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 // A problem of the NIST Statistical Reference Datasets, nonlinear regression.
-struct Nist {
+struct NistProblem {
   std::vector<double> x, y;
   // Model and its derivatives with respect to the parameters.
   std::function<double(double x, const VectorXd& b, VectorXd& gradient)> model;
@@ -35,7 +35,7 @@ struct Nist {
   }
 };
 
-void expect_certified(const Nist& data, const VectorXd& start, const VectorXd& certified,
+void expect_certified(const NistProblem& data, const VectorXd& start, const VectorXd& certified,
                       const VectorXd& certified_sd, double certified_squares) {
   const LeastSquaresProblem problem = data.problem();
   EXPECT_LT(jacobian_error(problem, start, 1e-2 * start.cwiseAbs().minCoeff()), 1e-6);
@@ -52,28 +52,28 @@ void expect_certified(const Nist& data, const VectorXd& start, const VectorXd& c
 }
 
 TEST(LeastSquares, Misra1aFromTheFarStart) {
-  const Nist misra1a{{77.6, 114.9, 141.1, 190.8, 239.9, 289.0, 332.8, 378.4, 434.8, 477.3, 536.8,
-                      593.1, 689.1, 760.0},
-                     {10.07, 14.73, 17.94, 23.93, 29.61, 35.18, 40.02, 44.82, 50.76, 55.05, 61.01,
-                      66.40, 75.47, 81.78},
-                     [](double x, const VectorXd& b, VectorXd& g) {
-                       const double e = std::exp(-b[1] * x);
-                       g << 1 - e, b[0] * x * e;
-                       return b[0] * (1 - e);
-                     }};
+  const NistProblem misra1a{{77.6, 114.9, 141.1, 190.8, 239.9, 289.0, 332.8, 378.4, 434.8, 477.3,
+                             536.8, 593.1, 689.1, 760.0},
+                            {10.07, 14.73, 17.94, 23.93, 29.61, 35.18, 40.02, 44.82, 50.76, 55.05,
+                             61.01, 66.40, 75.47, 81.78},
+                            [](double x, const VectorXd& b, VectorXd& g) {
+                              const double e = std::exp(-b[1] * x);
+                              g << 1 - e, b[0] * x * e;
+                              return b[0] * (1 - e);
+                            }};
   expect_certified(misra1a, Eigen::Vector2d(500, 1e-4),
                    Eigen::Vector2d(2.3894212918e+02, 5.5015643181e-04),
                    Eigen::Vector2d(2.7070075241, 7.2668688436e-06), 1.2455138894e-01);
 }
 
 TEST(LeastSquares, DanWood) {
-  const Nist dan_wood{{1.309, 1.471, 1.490, 1.565, 1.611, 1.680},
-                      {2.138, 3.421, 3.597, 4.340, 4.882, 5.660},
-                      [](double x, const VectorXd& b, VectorXd& g) {
-                        const double p = std::pow(x, b[1]);
-                        g << p, b[0] * p * std::log(x);
-                        return b[0] * p;
-                      }};
+  const NistProblem dan_wood{{1.309, 1.471, 1.490, 1.565, 1.611, 1.680},
+                             {2.138, 3.421, 3.597, 4.340, 4.882, 5.660},
+                             [](double x, const VectorXd& b, VectorXd& g) {
+                               const double p = std::pow(x, b[1]);
+                               g << p, b[0] * p * std::log(x);
+                               return b[0] * p;
+                             }};
   EXPECT_LT(jacobian_error(dan_wood.problem(), Eigen::Vector2d(1, 5)), 1e-6);
   expect_certified(dan_wood, Eigen::Vector2d(1, 5), Eigen::Vector2d(7.6886226176e-01, 3.8604055871),
                    Eigen::Vector2d(1.8281973860e-02, 5.1726610913e-02), 4.3173084083e-03);

@@ -24,7 +24,7 @@ SurrogateData sampled(int points, const std::function<double(const VectorXd&)>& 
   const auto design = maximin_latin_hypercube(points, 2, seed, {});
   for (int i = 0; i < points; ++i) {
     data.u.row(i) = design[static_cast<std::size_t>(i)].transpose();
-    data.y[i] = f(design[static_cast<std::size_t>(i)]) + noise_sd * normal(random);
+    data.y[i] = f(design[static_cast<std::size_t>(i)]) + noise_sd * normal_deviate(random);
   }
   return data;
 }

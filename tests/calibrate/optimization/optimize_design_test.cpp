@@ -43,7 +43,7 @@ double jam_probability(const Values& v) {
 JobResult dispensing(const Values& v, std::mt19937_64& random) {
   const double jammed = uniform(random) < jam_probability(v) ? 1 : 0;
   return finished(
-      {scalar("rate", rate(v) + 4 * normal(random), "g/s"), scalar("jammed", jammed, "1")});
+      {scalar("rate", rate(v) + 4 * normal_deviate(random), "g/s"), scalar("jammed", jammed, "1")});
 }
 
 OptimizationResult search(const std::string& text, Executor& executor, const Folder& folder,
@@ -290,7 +290,7 @@ TEST(OptimizationFile, TakesNoPriors) {
 TEST(EventProbability, AgreesWithQuadrature) {
   std::mt19937_64 random(7);
   for (int member = 0; member < 8; ++member) {
-    const double middle = 3 * normal(random), slope = 2 * normal(random);
+    const double middle = 3 * normal_deviate(random), slope = 2 * normal_deviate(random);
     std::vector<EventCount> counts;
     for (int i = 0; i < 12; ++i) {
       EventCount& c = counts.emplace_back();

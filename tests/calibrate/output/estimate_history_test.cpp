@@ -18,7 +18,7 @@ const std::string noisy_target =
 
 JobResult noisy_heap(const FakeExperiment::Values& v, std::mt19937_64& random) {
   const double angle = 35 * std::pow(v.at("a.mu1"), 0.27) * std::pow(v.at("a.mu2"), 0.22);
-  return finished({scalar("aor", angle + normal(random), "deg")});
+  return finished({scalar("aor", angle + normal_deviate(random), "deg")});
 }
 
 json study_results(const std::string& text) {

@@ -25,8 +25,10 @@ FakeExperiment crossing(double shift = 1) {
   return FakeExperiment([shift](const FakeExperiment::Values& v, std::mt19937_64& random) {
     const double x = v.at("a.mu1") / (0.06 * shift), y = v.at("a.mu2") / 0.15;
     return finished(
-        {scalar("aor", 10 * std::pow(x, 0.5) * std::pow(y, 0.2) + 0.3 * normal(random), "deg"),
-         scalar("rate", 40 * std::pow(x, -0.2) * std::pow(y, -0.4) + 0.8 * normal(random), "g/s")});
+        {scalar("aor", 10 * std::pow(x, 0.5) * std::pow(y, 0.2) + 0.3 * normal_deviate(random),
+                "deg"),
+         scalar("rate", 40 * std::pow(x, -0.2) * std::pow(y, -0.4) + 0.8 * normal_deviate(random),
+                "g/s")});
   });
 }
 
@@ -98,7 +100,7 @@ TEST_F(FinishedStudies, PredictTheTargetsAlikeInBothFiles) {
 // A variable that is added for one target must not take the name of another.
 TEST_F(FinishedStudies, OfTargetsNamedLikeVariablesHaveAnInferenceDataFile) {
   FakeExperiment experiment([](const FakeExperiment::Values& v, std::mt19937_64& random) {
-    const double y = 10 * std::pow(v.at("a.mu1") / 0.06, 0.5) + 0.3 * normal(random);
+    const double y = 10 * std::pow(v.at("a.mu1") / 0.06, 0.5) + 0.3 * normal_deviate(random);
     return finished({scalar("aor", y, "deg"), scalar("aor_mean", 2 * y, "deg")});
   });
   run_study(folder.write("names.toml",

@@ -33,8 +33,9 @@ std::string study_text(const std::string& more = "") {
 // Zhou's law: one angle, a valley of frictions.
 double angle(double mu1, double mu2) { return 35 * std::pow(mu1, 0.27) * std::pow(mu2, 0.22); }
 JobResult noisy(const Values& v, std::mt19937_64& random) {
-  return finished({scalar(
-      "aor", angle(v.at(first_key), v.at(second_key)) * (1 + 0.05 * normal(random)), "deg")});
+  return finished(
+      {scalar("aor", angle(v.at(first_key), v.at(second_key)) * (1 + 0.05 * normal_deviate(random)),
+              "deg")});
 }
 
 StudySummary run_and_save(const std::string& file, const std::string& directory,
@@ -134,7 +135,7 @@ TEST(StudyMaterial, KeepsTheDiscrepancyThatTheStudyAllowed) {
 TEST(StudyMaterial, AnAnswerThatIsNoneIsNotSaved) {
   const Folder folder("material-none");
   FakeExperiment experiment([](const Values&, std::mt19937_64& random) {
-    return finished({scalar("aor", 40 + normal(random), "deg")});
+    return finished({scalar("aor", 40 + normal_deviate(random), "deg")});
   });
   const StudySummary s =
       run_and_save(folder.write("study.toml", study_text()), folder / "out", experiment);

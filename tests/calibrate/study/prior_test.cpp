@@ -11,7 +11,7 @@
 
 #include "calibrate/study/read_parameters.h"
 #include "experiments/material_records/material_database.h"
-#include "experiments/text/csv_reader.h"
+#include "experiments/text/csv/csv_reader.h"
 #include "tests/support/fake_experiment.h"
 
 namespace firn {
@@ -159,8 +159,10 @@ const std::string angle_target =
 JobResult crossing(const FakeExperiment::Values& v, std::mt19937_64& random) {
   const double x = v.at("a.mu1") / 0.06, y = v.at("a.mu2") / 0.15;
   return finished(
-      {scalar("aor", 10 * std::pow(x, 0.5) * std::pow(y, 0.2) + 0.4 * normal(random), "deg"),
-       scalar("rate", 40 * std::pow(x, -0.2) * std::pow(y, -0.4) + 0.8 * normal(random), "g/s")});
+      {scalar("aor", 10 * std::pow(x, 0.5) * std::pow(y, 0.2) + 0.4 * normal_deviate(random),
+              "deg"),
+       scalar("rate", 40 * std::pow(x, -0.2) * std::pow(y, -0.4) + 0.8 * normal_deviate(random),
+              "g/s")});
 }
 const std::string rate_target =
     "[[targets]]\nresponse = \"rate\"\nvalue = \"40 g/s\"\nuncertainty = \"1 g/s\"\n";
@@ -276,8 +278,8 @@ TEST(StudyWithIntegers, RunsWholeNumbers) {
   FakeExperiment experiment([](const FakeExperiment::Values& v, std::mt19937_64& random) {
     const double layers = v.at("a.mu1");
     EXPECT_EQ(layers, std::round(layers));
-    return finished({scalar("aor", 2 * layers + 0.1 * normal(random), "deg"),
-                     scalar("rate", 100 * v.at("a.mu2") + 0.5 * normal(random), "g/s")});
+    return finished({scalar("aor", 2 * layers + 0.1 * normal_deviate(random), "deg"),
+                     scalar("rate", 100 * v.at("a.mu2") + 0.5 * normal_deviate(random), "g/s")});
   });
   std::string text = friction_study(angle_target +
                                     "[[targets]]\nresponse = \"rate\"\nvalue = \"20 g/s\"\n"

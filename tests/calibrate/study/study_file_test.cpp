@@ -16,15 +16,6 @@ using testing::HasSubstr;
 const std::string target =
     "[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\nuncertainty = \"0.5 deg\"\n";
 
-std::string message(const Folder& folder, const std::string& text) {
-  try {
-    read_study(folder.write("study.toml", text));
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "no complaint";
-}
-
 using test::replaced;
 
 TEST(StudyFile, ReadsEverything) {
@@ -116,7 +107,7 @@ TEST(StudyFile, DimensionalParametersKeepTheirUnit) {
   const std::string text = replaced(friction_study(target), "min = 0.01\nmax = 0.3\n",
                                     "min = \"1 mm\"\nmax = \"4 mm\"\n");
   EXPECT_EQ(read_study(folder.write("study.toml", text)).parameters[0].unit, "mm");
-  EXPECT_THAT(message(folder, replaced(text, "4 mm", "4 m")), HasSubstr("the same unit"));
+  EXPECT_THAT(folder.study_error(replaced(text, "4 mm", "4 m")), HasSubstr("the same unit"));
 }
 
 TEST(StudyFile, SaysWhatIsWrongAndWhere) {
@@ -140,11 +131,12 @@ TEST(StudyFile, SaysWhatIsWrongAndWhere) {
       {"[[targets]]", "[[observe]]", "targets: is missing"},
   };
   for (const auto& c : cases)
-    EXPECT_THAT(message(folder, replaced(good, c.from, c.to)),
+    EXPECT_THAT(folder.study_error(replaced(good, c.from, c.to)),
                 AllOf(HasSubstr("study.toml"), HasSubstr(c.complaint)));
-  EXPECT_THAT(message(folder, good + "[[compare]]\nname = \"x\"\nvalues = { mu1 = 1, mu3 = 1 }\n"),
-              HasSubstr("mu3"));
-  EXPECT_THAT(message(folder, replaced(good, "max = 0.3", "max = 0.001")),
+  EXPECT_THAT(
+      folder.study_error(good + "[[compare]]\nname = \"x\"\nvalues = { mu1 = 1, mu3 = 1 }\n"),
+      HasSubstr("mu3"));
+  EXPECT_THAT(folder.study_error(replaced(good, "max = 0.3", "max = 0.001")),
               HasSubstr("study.toml:18: "));
 }
 
