@@ -93,8 +93,13 @@ class Runner {
         seeds.push_back(experiment.seeds.front() + static_cast<std::uint64_t>(k));
       add(e, p, Purpose::input, 0, seeds);
     }
+    if (p == first_set(e)) plan_numerics(e, p, base);
+  }
+
+  // Runs with other time steps, stiffnesses and variants.
+  void plan_numerics(std::size_t e, std::size_t p, const Case& base) {
+    const SuiteExperiment& experiment = suite_.experiments[e];
     const Refinement& refine = experiment.refine;
-    if (p != first_set(e)) return;
     if (!refine.material.empty()) {
       const auto found = std::ranges::find(base.model.materials, refine.material, &Material::name);
       if (found == base.model.materials.end())

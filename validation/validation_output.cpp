@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "experiments/storage/version.h"
+#include "experiments/text/number_text.h"
 #include "firn/contact_model.h"
 #include "validation/validate.h"
 #include "validation/validation_document.h"
@@ -155,6 +156,18 @@ Document::ExperimentRow experiment_of(const Validation& v, std::size_t e) {
   return d;
 }
 
+// What a change of numerics does to a response.
+std::string variant_line(const VariantEffect& r) {
+  const double scale = std::max(std::abs(r.before), std::abs(r.after));
+  const auto value = [&](double mean) {
+    return number_text(without_rounding_error(mean, scale), 3);
+  };
+  return fmt::format("    {} with {}: {} instead of {}{} (difference {}, {} seed{})\n", r.response,
+                     r.variant, value(r.after), value(r.before), unit_suffix(r.unit),
+                     measured_text(without_rounding_error(r.after - r.before, scale), r.error),
+                     r.seeds, r.seeds == 1 ? "" : "s");
+}
+
 }  // namespace
 
 std::string render_table(const Validation& v) {
@@ -168,11 +181,7 @@ std::string render_table(const Validation& v) {
                           r.criterion.statement);
     for (const StiffnessScalingResult& s : c.stiffness_scaling)
       text += fmt::format("    {}: {}\n", s.response, s.interpretation);
-    for (const VariantEffect& r : c.variants)
-      text += fmt::format(
-          "    {} with {}: {:.3g} instead of {:.3g} {} (difference ± {:.2g}, {} "
-          "seeds)\n",
-          r.response, r.variant, r.after, r.before, r.unit, r.error, r.seeds);
+    for (const VariantEffect& r : c.variants) text += variant_line(r);
     for (const AssumptionResult& a : c.assumptions)
       text +=
           fmt::format("    with {}{}: {}\n", a.name, a.changes ? " (it changes)" : "", a.outcome);

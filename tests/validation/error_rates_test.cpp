@@ -11,8 +11,8 @@
 #include <ostream>
 #include <random>
 
+#include "experiments/analysis/random_stream.h"
 #include "validation/comparison/comparison.h"
-#include "validation/comparison/stiffness_scaling.h"
 
 namespace firn {
 namespace {
@@ -21,10 +21,8 @@ constexpr double level = 0.05;
 
 struct Dice {
   std::mt19937_64 bits;
-  double uniform() { return (static_cast<double>(bits() >> 11) + 0.5) * 0x1p-53; }
-  double normal() {
-    return std::sqrt(-2 * std::log(uniform())) * std::cos(2 * 3.14159265358979323846 * uniform());
-  }
+  double uniform() { return uniform_open(bits); }
+  double normal() { return normal_deviate(bits); }
 };
 
 using Values = std::vector<double>;
@@ -420,61 +418,6 @@ TEST(VerdictPower, LetsNoValueThatIsTenTimesTooLargePass) {
       // own, where 3.8 stand out.
       EXPECT_LE(passed, family == Family::normal ? 1 : 14) << n;
     }
-}
-
-// Exponents over three stiffnesses with n runs each.
-struct Coverage {
-  double one_error = 0, extrapolated = 0, refused = 0;
-};
-Coverage coverage(int n, int suites) {
-  Dice d{std::mt19937_64(static_cast<std::uint64_t>(n))};
-  Coverage c;
-  int given = 0;
-  for (int i = 0; i < suites; ++i) {
-    std::vector<RunGroup> groups;
-    for (const double modulus : {1e7, 3e7, 1e8}) {
-      groups.push_back(runs_of(static_cast<std::size_t>(n), RunGroup::Purpose::stiffness, [&] {
-        return std::vector<Response>{
-            {"x", {10 * std::sqrt(modulus / 1e7) * std::exp(0.15 * d.normal())}, {}, "N", "", 1}};
-      }));
-      groups.back().setting = modulus;
-    }
-    ComparisonRuns e;
-    e.base = &groups[0];
-    e.base_modulus = 1e7;
-    e.stiffness = {&groups[1], &groups[2]};
-    const StiffnessScalingResult s = fit_stiffness_scaling("x", e, 3e8);
-    c.one_error += (std::abs(s.exponent - 0.5) <= s.exponent_error) / static_cast<double>(suites);
-    if (!std::isfinite(s.extrapolated.low)) continue;
-    ++given;
-    const double truth = 10 * std::sqrt(30.0);
-    c.extrapolated += s.extrapolated.low <= truth && truth <= s.extrapolated.high;
-  }
-  c.refused = 1 - static_cast<double>(given) / suites;
-  c.extrapolated = given > 0 ? c.extrapolated / given : 1;
-  return c;
-}
-
-void expect_coverage(const std::vector<int>& numbers, int suites) {
-  const double scatter = std::sqrt(0.32 * 0.68 / suites);
-  for (const int n : numbers) {
-    const Coverage c = coverage(n, suites);
-    std::cout << fmt::format("| exponent | {} | {:.0f} | {:.0f} | {:.0f} |\n", n, 100 * c.one_error,
-                             100 * c.extrapolated, 100 * c.refused);
-    EXPECT_GE(c.one_error, 0.68 - 0.03 - 3 * scatter) << n;
-    // Many runs that scatter by 15 % know a mean better than the 2 % that it counts as.
-    EXPECT_LE(c.one_error, 0.68 + (n > 10 ? 0.15 : 0.05) + 3 * scatter) << n;
-    EXPECT_GE(c.extrapolated, 0.93 - 3 * scatter) << n;
-    if (n < 3) {
-      EXPECT_EQ(c.refused, 1);
-    }
-  }
-}
-
-TEST(ExponentCoverage, IsWhatTheErrorSays) { expect_coverage({2, 5}, 300); }
-TEST(ExponentCoverageLong, IsWhatTheErrorSays) {
-  std::cout << "| | n | within one error, % | extrapolation within 95 %, % | refused, % |\n";
-  expect_coverage({2, 3, 5, 10, 20, 50}, 1000);
 }
 
 }  // namespace

@@ -36,10 +36,10 @@ void judge(double tolerance, Comparison& c) {
   const CurveComparison& v = *c.curve;
   const double off = v.difference, expanded = v.expanded;
   const double step = (v.x.back() - v.x.front()) / 1000;  // of places that people distinguish
-  c.headline = fmt::format(
-      "root mean square difference {} % of the measured range, ± {} %; largest {} % at {} {}",
-      number_text(100 * off, 2), number_text(100 * expanded, 2), number_text(100 * v.largest, 2),
-      number_text(std::round(v.at / step) * step, 3), v.x_unit);
+  c.headline =
+      fmt::format("root mean square difference {} % of the measured range; largest {} % at {} {}",
+                  measured_text(100 * off, 100 * expanded), number_text(100 * v.largest, 2),
+                  number_text(std::round(v.at / step) * step, 3), v.x_unit);
   if (v.runs < 2) {
     c.recommended_action = "more than one run";
     return;

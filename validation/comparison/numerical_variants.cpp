@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "experiments/analysis/power_law.h"
+#include "experiments/analysis/sample_statistics.h"
 #include "experiments/responses/response_expression.h"
 #include "validation/comparison/comparison_kinds.h"
 

@@ -9,6 +9,7 @@
 #include "experiments/analysis/sample_statistics.h"
 #include "experiments/responses/response_expression.h"
 #include "validation/comparison/comparison_kinds.h"
+#include "validation/statistics/outlier_test.h"
 #include "validation/statistics/two_sample_tests.h"
 
 namespace firn::comparison {
@@ -271,15 +272,29 @@ void add_caveats(const DistributionResult& d, std::size_t runs, Comparison& c) {
     c.caveats.emplace_back("one run: its values are taken as independent of each other");
 }
 
-}  // namespace
+// Verdicts of the single statements.
+struct CriterionCounts {
+  int all = 0, consistent = 0, inconsistent = 0;
+  int runs_to_settle = 0;  // of the statement that needs the most
+  int open() const { return all - consistent - inconsistent; }
+  std::string words() const {
+    return fmt::format(
+        "of {} statement{}, {} hold{} in the simulation, {} do{} not, {} stay{} open", all,
+        all == 1 ? "" : "s", consistent, consistent == 1 ? "s" : "", inconsistent,
+        inconsistent == 1 ? "es" : "", open(), open() == 1 ? "s" : "");
+  }
+};
 
-void compare_criteria(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c) {
-  int consistent = 0, inconsistent = 0, more = 0;
+CriterionCounts evaluate_criteria(const SuiteComparison& what, const RunGroup& base,
+                                  Comparison& c) {
+  CriterionCounts counts;
   for (const Criterion& criterion : what.measurement.criteria) {
-    const CriterionResult r = evaluate_criterion(criterion, *e.base);
-    consistent += r.verdict == ValidationVerdict::consistent;
-    inconsistent += r.verdict == ValidationVerdict::inconsistent;
-    if (r.verdict == ValidationVerdict::inconclusive) more = std::max(more, runs_to_settle(r));
+    const CriterionResult r = evaluate_criterion(criterion, base);
+    ++counts.all;
+    counts.consistent += r.verdict == ValidationVerdict::consistent;
+    counts.inconsistent += r.verdict == ValidationVerdict::inconsistent;
+    if (r.verdict == ValidationVerdict::inconclusive)
+      counts.runs_to_settle = std::max(counts.runs_to_settle, runs_to_settle(r));
     if (r.failed > 0)
       c.caveats.push_back(fmt::format("\"{}\" {} in a run that fails, as the measurement states",
                                       criterion.statement,
@@ -290,13 +305,34 @@ void compare_criteria(const SuiteComparison& what, const ComparisonRuns& e, Comp
                       criterion.statement, r.missing, r.missing + r.runs));
     c.criteria.push_back(r);
   }
-  const auto all = static_cast<int>(c.criteria.size());
-  c.headline = fmt::format(
-      "of {} statement{}, {} hold{} in the simulation, {} do{} not, {} stay{} "
-      "open",
-      all, all == 1 ? "" : "s", consistent, consistent == 1 ? "s" : "", inconsistent,
-      inconsistent == 1 ? "es" : "", all - consistent - inconsistent,
-      all - consistent - inconsistent == 1 ? "s" : "");
+  return counts;
+}
+
+// What the headline, the caveats and the recommendation say of a distribution with measured
+// numbers. `judged`: enough runs finished.
+void report_distribution(const RunGroup& base, bool judged, Comparison& c) {
+  const std::size_t finished = base.finished().size();
+  c.headline += "; " + distribution_words(*c.distribution);
+  if (!judged) c.headline += "; " + missing_words(base, base.results.size() - finished);
+  add_caveats(*c.distribution, finished, c);
+  if (c.distribution->verdict == ValidationVerdict::inconclusive)
+    c.recommended_action = judged ? distribution_remedy(*c.distribution) : "runs that finish";
+}
+
+void recommend_runs(int runs_to_settle, Comparison& c) {
+  if (runs_to_settle > 0)
+    c.recommended_action += fmt::format("{}at least {} more run{} with other seeds",
+                                        c.recommended_action.empty() ? "" : "; ", runs_to_settle,
+                                        runs_to_settle == 1 ? "" : "s");
+  else if (c.verdict == ValidationVerdict::inconclusive && c.recommended_action.empty())
+    c.recommended_action = "more runs with other seeds";
+}
+
+}  // namespace
+
+void compare_criteria(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c) {
+  const CriterionCounts counts = evaluate_criteria(what, *e.base, c);
+  c.headline = counts.words();
   const auto& data = what.measurement.data;
   if (data) c.distribution = compare_distribution(*data, *e.base);
   const bool numbers = data && data->present;
@@ -308,34 +344,25 @@ void compare_criteria(const SuiteComparison& what, const ComparisonRuns& e, Comp
   double least = 1;
   for (const CriterionResult& r : c.criteria) least = std::min(least, p_against(r));
   if (judged) least = std::min(least, c.distribution->p_value);
-  const double together = least * (all + (numbers ? 1 : 0));
-  const bool all_hold =
-      consistent == all && (!numbers || c.distribution->verdict == ValidationVerdict::consistent);
+  const int statements = counts.all + (numbers ? 1 : 0);
+  const double together = least * statements;
+  const bool all_hold = counts.consistent == counts.all &&
+                        (!numbers || c.distribution->verdict == ValidationVerdict::consistent);
   c.verdict = together <= improbable ? ValidationVerdict::inconsistent
               : all_hold             ? ValidationVerdict::consistent
                                      : ValidationVerdict::inconclusive;
-  if (numbers) {
-    c.headline += "; " + distribution_words(*c.distribution);
-    if (!judged) c.headline += "; " + missing_words(*e.base, runs - finished);
-    add_caveats(*c.distribution, finished, c);
-    if (c.distribution->verdict == ValidationVerdict::inconclusive)
-      c.recommended_action = judged ? distribution_remedy(*c.distribution) : "runs that finish";
-  } else if (data) {
+  if (numbers)
+    report_distribution(*e.base, judged, c);
+  else if (data)
     c.caveats.push_back(
         fmt::format("the experiment's numbers are not here; as {} they would be "
                     "compared",
                     data->file));
-  }
   if (c.verdict == ValidationVerdict::inconclusive && least <= improbable)
     c.headline += fmt::format(
         "; among {} statements chance alone gives as much in up to {:.2g} % of all cases",
-        all + (numbers ? 1 : 0), 100 * std::min(1.0, together));
-  if (more > 0)
-    c.recommended_action +=
-        fmt::format("{}at least {} more run{} with other seeds",
-                    c.recommended_action.empty() ? "" : "; ", more, more == 1 ? "" : "s");
-  else if (c.verdict == ValidationVerdict::inconclusive && c.recommended_action.empty())
-    c.recommended_action = "more runs with other seeds";
+        statements, 100 * std::min(1.0, together));
+  recommend_runs(counts.runs_to_settle, c);
 }
 
 }  // namespace firn::comparison

@@ -7,10 +7,12 @@
 #include <utility>
 
 #include "experiments/responses/response_expression.h"
+#include "experiments/text/number_text.h"
 #include "validation/comparison/comparison_kinds.h"
+#include "validation/statistics/distributions.h"
 #include "validation/statistics/estimated_variance.h"
 #include "validation/statistics/grid_convergence.h"
-#include "validation/statistics/two_sample_tests.h"
+#include "validation/statistics/outlier_test.h"
 
 namespace firn::comparison {
 namespace {
@@ -27,11 +29,11 @@ UncertaintyComponent numerics_component(const std::string& name, const RunGroup*
   if (c.seeds == 0) return {name, std::nullopt, setting + ": no run finished"};
   if (c.seeds == 1)
     return {name, std::abs(difference),
-            fmt::format("{}: changes by {:.3g} in one run", setting, difference)};
+            fmt::format("{}: changes by {} in one run", setting, number_text(difference, 3))};
   const bool hidden = c.error > std::abs(difference);
   UncertaintyComponent part = {name, std::max(std::abs(difference), c.error),
-                               fmt::format("{}: changes by {:.3g} ± {:.2g} over {} seeds", setting,
-                                           difference, c.error, c.seeds)};
+                               fmt::format("{}: changes by {} over {} seeds", setting,
+                                           measured_text(difference, c.error), c.seeds)};
   if (hidden) part.freedom = c.seeds - 1;
   return part;
 }
@@ -146,11 +148,12 @@ void judge_value(const SuiteComparison& what, Comparison& c) {
   const ValueComparison& v = *c.value;
   const double expanded = v.expanded, off = std::abs(v.difference);
   const bool seeds_known = v.components.front().value.has_value();
-  c.headline = fmt::format("simulated {}, measured {}: {} by {} ± {}",
-                           rounded_text(v.simulation.mean, v.unit),
-                           rounded_text(v.measured, v.unit), v.difference < 0 ? "lower" : "higher",
-                           rounded_text(off < 1e-9 * std::abs(v.measured) ? 0 : off, v.unit),
-                           rounded_text(expanded, v.unit));
+  const double scale = std::max(std::abs(v.measured), expanded);
+  c.headline =
+      fmt::format("simulated {}, measured {}: {} by {}",
+                  rounded_text(without_rounding_error(v.simulation.mean, scale), v.unit),
+                  rounded_text(v.measured, v.unit), v.difference < 0 ? "lower" : "higher",
+                  measured_text(off < 1e-9 * std::abs(v.measured) ? 0 : off, expanded, v.unit));
   if (!seeds_known) {
     c.verdict = ValidationVerdict::inconclusive;
   } else if (what.tolerance && off + expanded <= *what.tolerance) {

@@ -7,7 +7,9 @@
 #include <limits>
 
 #include "experiments/analysis/power_law.h"
+#include "experiments/analysis/sample_statistics.h"
 #include "experiments/responses/response_expression.h"
+#include "experiments/text/number_text.h"
 
 namespace firn {
 namespace {
@@ -97,8 +99,8 @@ std::string stiffness_scaling_headline(const std::vector<StiffnessScalingResult>
   std::string text;
   for (const StiffnessScalingResult& s : all) {
     if (!std::isfinite(s.exponent)) continue;
-    text += fmt::format("{}{} grows as E^{:.2f}", text.empty() ? "" : ", ", s.response, s.exponent);
-    if (std::isfinite(s.exponent_error)) text += fmt::format(" (± {:.2f})", s.exponent_error);
+    text += fmt::format("{}{} grows as E^({})", text.empty() ? "" : ", ", s.response,
+                        measured_text(s.exponent, s.exponent_error));
   }
   if (text.empty()) return "nothing can be said about the stiffness";
   return fmt::format("{}; ice has {:.3g} GPa", text, real_modulus * 1e-9);

@@ -38,15 +38,6 @@ Breakage breakage(const std::vector<std::vector<double>>& runs, const Cdf& stren
   return d;
 }
 
-// x, weight: sorts along. The value below which this share of the weight lies.
-double quantile(std::vector<std::pair<double, double>> weighted, double share) {
-  std::ranges::sort(weighted);
-  double sum = 0;
-  for (const auto& [x, w] : weighted)
-    if ((sum += w) >= share) return x;
-  return weighted.back().first;
-}
-
 // Mean and variance of a Weibull variable between two bounds, by the midpoint rule in probability.
 struct Moments {
   double mean = 0, variance = 0;
@@ -131,35 +122,32 @@ WeibullFit fit_weibull(const Measurement& m) {
     fit.weight.push_back(std::exp(w - most));
     sum += fit.weight.back();
   }
-  std::vector<std::pair<double, double>> by_shape;
-  for (std::size_t k = 0; k < fit.weight.size(); ++k) {
-    fit.weight[k] /= sum;
-    by_shape.emplace_back(fit.shape[k], fit.weight[k]);
-  }
-  fit.shape_95 = {quantile(by_shape, 0.025), quantile(by_shape, 0.975)};
-  fit.shape_median = quantile(by_shape, 0.5);
+  for (double& w : fit.weight) w /= sum;
+  const auto shape_at = [&](double q) { return weighted_quantile(fit.shape, fit.weight, q); };
+  fit.shape_95 = {shape_at(0.025), shape_at(0.975)};
+  fit.shape_median = shape_at(0.5);
   return fit;
 }
 
 BreakageProbability breakage_weibull(const std::vector<std::vector<double>>& runs,
                                      const WeibullFit& fit) {
-  std::vector<std::pair<double, double>> each, any;
+  std::vector<double> each, any, weight;
   for (std::size_t k = 0; k < fit.weight.size(); ++k) {
     if (fit.weight[k] < 1e-7) continue;
     const Breakage d = breakage(runs, [&](double load) {
       return load > 0 ? -std::expm1(-std::pow(load / fit.scale[k], fit.shape[k])) : 0;
     });
-    each.emplace_back(d.each, fit.weight[k]);
-    any.emplace_back(d.any, fit.weight[k]);
+    each.push_back(d.each);
+    any.push_back(d.any);
+    weight.push_back(fit.weight[k]);
   }
-  const auto mean = [](const std::vector<std::pair<double, double>>& weighted) {
-    return std::accumulate(weighted.begin(), weighted.end(), 0.0,
-                           [](double sum, const auto& p) { return sum + p.first * p.second; });
+  const auto interval = [&](const std::vector<double>& x) {
+    return Interval{weighted_quantile(x, weight, 0.025), weighted_quantile(x, weight, 0.975)};
   };
-  return {{quantile(each, 0.025), quantile(each, 0.975)},
-          {quantile(any, 0.025), quantile(any, 0.975)},
-          mean(each),
-          mean(any)};
+  const auto weighted_mean = [&](const std::vector<double>& x) {
+    return std::inner_product(x.begin(), x.end(), weight.begin(), 0.0);
+  };
+  return {interval(each), interval(any), weighted_mean(each), weighted_mean(any)};
 }
 
 }  // namespace firn

@@ -6,7 +6,6 @@
 #include <boost/math/distributions/binomial.hpp>
 #include <cassert>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "experiments/analysis/sample_statistics.h"
@@ -14,8 +13,6 @@
 
 namespace firn {
 namespace {
-
-constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 
 // The value of the empirical distribution of a sorted sample.
 double share_up_to(const std::vector<double>& sorted, double x) {
@@ -35,18 +32,6 @@ std::vector<double> joined(const std::vector<double>& a, const std::vector<doubl
 }
 
 }  // namespace
-
-double SampleStatistics::error() const {
-  return count < 2 ? nothing : deviation / std::sqrt(static_cast<double>(count));
-}
-
-SampleStatistics sample_statistics(const std::vector<double>& values) {
-  SampleStatistics f;
-  f.count = static_cast<int>(values.size());
-  f.mean = values.empty() ? nothing : mean(values);
-  f.deviation = f.count < 2 ? nothing : standard_deviation(values);
-  return f;
-}
 
 Interval DistributionBand::at(double value) const {
   const auto next = std::ranges::upper_bound(x, value);

@@ -10,14 +10,6 @@
 
 namespace firn {
 
-struct SampleStatistics {
-  int count = 0;
-  double mean = 0;
-  double deviation = 0;  // standard, of one value; NaN below two
-  double error() const;  // standard, of the mean; NaN below two
-};
-SampleStatistics sample_statistics(const std::vector<double>& values);
-
 // A sample's cumulative distribution, or bounds on it: steps at x (ascending), and from x[i] on it
 // lies between lower[i] and upper[i]; 0 before x[0], 1 from the last on.
 struct DistributionBand {

@@ -2,7 +2,6 @@
 // the runs of a simulation. Pure functions; equal input gives equal bits.
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "validation/statistics/distributions.h"
@@ -39,10 +38,6 @@ SampleTest compare_samples(const ValuesByRun& runs, const std::vector<double>& m
 // are the fractions that have passed and the log-rank scores.
 SampleTest compare_open_times(const std::vector<CensoredTimes>& runs,
                               const CensoredTimes& measured);
-
-// An outlier: found by the generalized extreme studentized deviate test (Rosner 1983) in the values
-// and, where all are above zero, in their logarithms as well. Nothing below five values.
-std::optional<double> value_apart(const std::vector<double>& values, double significance = 0.05);
 
 struct ShareTest {
   double distance = 0;    // share that would have to be exchanged

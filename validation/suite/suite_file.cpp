@@ -214,6 +214,62 @@ void read_operands(const TomlTable& t, SuiteComparison& c) {
     t.at("responses", [&] { parse_response_expression(text); });
 }
 
+// A share of the measured range.
+void read_curve(const TomlTable& t, SuiteComparison& c) {
+  if (!c.measurement.data || c.measurement.data->kind != MeasuredData::Kind::curve)
+    t.fail("measurement", "has no [data] of the kind \"curve\"; expected one that has");
+  if (t.has("tolerance")) c.tolerance = t.number("tolerance", 0);
+  if (c.tolerance && !(*c.tolerance > 0))
+    t.fail("tolerance", "is not above zero; expected a share of the measured range");
+}
+
+void check_criteria(const TomlTable& t, const SuiteComparison& c) {
+  if (c.measurement.criteria.empty())
+    t.fail("measurement", "has no [[criteria]]; expected a qualitative measurement with criteria");
+  for (const Criterion& criterion : c.measurement.criteria)
+    t.at("measurement", [&] {
+      return parse_response_expression(criterion.lhs), parse_response_expression(criterion.rhs);
+    });
+}
+
+void read_stiffness_scaling(const TomlTable& t, const SuiteExperiment& experiment,
+                            SuiteComparison& c) {
+  read_operands(t, c);
+  c.real_modulus = t.quantity("real_modulus", dimension::pressure, Sign::positive);
+  if (experiment.refine.stiffness.empty())
+    t.fail("experiment", fmt::format("\"{}\" is simulated with one stiffness only; expected "
+                                     "refine.stiffness there",
+                                     experiment.name));
+}
+
+void read_numerical_variants(const TomlTable& t, const SuiteExperiment& experiment,
+                             SuiteComparison& c) {
+  read_operands(t, c);
+  if (experiment.refine.stiffness.empty() && experiment.refine.timesteps.empty() &&
+      experiment.variants.empty())
+    t.fail("experiment", fmt::format("\"{}\" is simulated in one way only; expected refine or "
+                                     "variants there",
+                                     experiment.name));
+}
+
+// Throws for a key that belongs to comparisons of other kinds.
+void require_keys_of_kind(const TomlTable& t, ComparisonKind kind) {
+  const auto belongs = [&](const char* key, bool here) {
+    if (t.has(key) && !here)
+      t.fail(key, fmt::format("does not go with the kind \"{}\"; expected it left out",
+                              to_string(kind)));
+  };
+  const bool breakage = kind == ComparisonKind::breakage;
+  belongs("response", kind == ComparisonKind::value);
+  belongs("calibrated_by_design", kind == ComparisonKind::value);
+  belongs("not_comparable", measures(kind));
+  belongs("tolerance", kind == ComparisonKind::value || kind == ComparisonKind::curve);
+  belongs("responses", breakage || !measures(kind));
+  belongs("expected_outcome", breakage);
+  belongs("real_modulus", kind == ComparisonKind::stiffness_scaling);
+  belongs("measurement", measures(kind));
+}
+
 SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
   t.allow({"name", "title", "note", "kind", "experiment", "measurement", "response", "responses",
            "tolerance", "calibrated_by_design", "not_comparable", "expected_outcome",
@@ -231,41 +287,18 @@ SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
                        "one",
                        experiment));
   c.experiment = static_cast<std::size_t>(found - suite.experiments.begin());
-  const auto belongs = [&](const char* key, bool here) {
-    if (t.has(key) && !here)
-      t.fail(key, fmt::format("does not go with the kind \"{}\"; expected it left out",
-                              to_string(c.kind)));
-  };
-  const bool breakage = c.kind == ComparisonKind::breakage;
-  belongs("response", c.kind == ComparisonKind::value);
-  belongs("calibrated_by_design", c.kind == ComparisonKind::value);
-  belongs("not_comparable", measures(c.kind));
+  require_keys_of_kind(t, c.kind);
   c.not_comparable = t.string("not_comparable", "");
-  belongs("tolerance", c.kind == ComparisonKind::value || c.kind == ComparisonKind::curve);
-  belongs("responses", breakage || !measures(c.kind));
-  belongs("expected_outcome", breakage);
-  belongs("real_modulus", c.kind == ComparisonKind::stiffness_scaling);
-  belongs("measurement", measures(c.kind));
   if (measures(c.kind)) c.measurement = measurement_of_case(t, suite);
   switch (c.kind) {
     case ComparisonKind::value:
       read_value(t, c);
       break;
     case ComparisonKind::curve:
-      if (!c.measurement.data || c.measurement.data->kind != MeasuredData::Kind::curve)
-        t.fail("measurement", "has no [data] of the kind \"curve\"; expected one that has");
-      if (t.has("tolerance")) c.tolerance = t.number("tolerance", 0);
-      if (c.tolerance && !(*c.tolerance > 0))
-        t.fail("tolerance", "is not above zero; expected a share of the measured range");
+      read_curve(t, c);
       break;
     case ComparisonKind::criteria:
-      if (c.measurement.criteria.empty())
-        t.fail("measurement",
-               "has no [[criteria]]; expected a qualitative measurement with criteria");
-      for (const Criterion& criterion : c.measurement.criteria)
-        t.at("measurement", [&] {
-          return parse_response_expression(criterion.lhs), parse_response_expression(criterion.rhs);
-        });
+      check_criteria(t, c);
       break;
     case ComparisonKind::breakage:
       read_operands(t, c);
@@ -273,20 +306,10 @@ SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
           t.choice("expected_outcome", {"breakage", "no breakage"}, "breakage") == "breakage";
       break;
     case ComparisonKind::stiffness_scaling:
-      read_operands(t, c);
-      c.real_modulus = t.quantity("real_modulus", dimension::pressure, Sign::positive);
-      if (found->refine.stiffness.empty())
-        t.fail("experiment", fmt::format("\"{}\" is simulated with one stiffness only; expected "
-                                         "refine.stiffness there",
-                                         experiment));
+      read_stiffness_scaling(t, *found, c);
       break;
     case ComparisonKind::numerical_variants:
-      read_operands(t, c);
-      if (found->refine.stiffness.empty() && found->refine.timesteps.empty() &&
-          found->variants.empty())
-        t.fail("experiment", fmt::format("\"{}\" is simulated in one way only; expected refine or "
-                                         "variants there",
-                                         experiment));
+      read_numerical_variants(t, *found, c);
       break;
   }
   return c;

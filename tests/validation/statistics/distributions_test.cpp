@@ -7,12 +7,15 @@
 #include <cmath>
 #include <random>
 
+#include "tests/validation/statistics/samples.h"
 #include "validation/comparison/strength_reliability.h"
 
 namespace firn {
 namespace {
 
-double uniform(std::mt19937_64& bits) { return static_cast<double>(bits() >> 11) * 0x1p-53; }
+using samples::placebo;
+using samples::treated;
+using samples::uniform;
 
 TEST(SampleStatistics, AreTheTextbooks) {
   const SampleStatistics f = sample_statistics({1, 2, 3, 4});
@@ -142,13 +145,6 @@ TEST(Damage, WeibullIntervalsOfSummariesCoverTheTruth) {
   }
   EXPECT_GE(covered, 0.95 * trials - 3 * std::sqrt(trials * 0.05 * 0.95));
 }
-
-// Freireich et al. (1963): weeks of remission under 6-mercaptopurine and under placebo, the
-// textbook case of both (Kalbfleisch and Prentice, chapter 1).
-const CensoredTimes treated{{6, 6, 6, 7, 10, 13, 16, 22, 23},
-                            {6, 9, 10, 11, 17, 19, 20, 25, 32, 32, 34, 35}};
-const CensoredTimes placebo{{1, 1, 2, 2, 3, 4, 4, 5, 5, 8, 8, 8, 8, 11, 11, 12, 12, 15, 17, 22, 23},
-                            {}};
 
 TEST(Censored, KaplanAndMeierAsPrinted) {
   const EmpiricalCdf s = kaplan_meier(treated);

@@ -7,10 +7,15 @@
 #include <cmath>
 #include <random>
 
+#include "tests/validation/statistics/samples.h"
+#include "validation/statistics/outlier_test.h"
+
 namespace firn {
 namespace {
 
-double uniform(std::mt19937_64& bits) { return static_cast<double>(bits() >> 11) * 0x1p-53; }
+using samples::placebo;
+using samples::treated;
+using samples::uniform;
 
 double cdf(const std::vector<double>& sample, double x) {
   return static_cast<double>(std::ranges::count_if(sample, [&](double v) { return v <= x; })) /
@@ -77,12 +82,6 @@ TEST(Exchange, StatesWhichSizesCannotDecide) {
   EXPECT_GT(exchange_test({1, 2, 3}, {1.1, 2.1, 3.1}).critical, 1);  // 2 of 20 splits at best
   EXPECT_LE(exchange_test({1, 2, 3, 4}, {1.1, 2.1, 3.1, 4.1}).critical, 1);  // 2 of 70
 }
-
-// Freireich et al. (1963): weeks of remission under 6-mercaptopurine and under placebo.
-const CensoredTimes treated{{6, 6, 6, 7, 10, 13, 16, 22, 23},
-                            {6, 9, 10, 11, 17, 19, 20, 25, 32, 32, 34, 35}};
-const CensoredTimes placebo{{1, 1, 2, 2, 3, 4, 4, 5, 5, 8, 8, 8, 8, 11, 11, 12, 12, 15, 17, 22, 23},
-                            {}};
 
 TEST(OpenTimes, DistinguishSamples) {
   const SampleTest t = compare_open_times({treated}, placebo);

@@ -118,68 +118,86 @@ Solver restored(const Model& model, const std::vector<std::byte>& bytes) {
   return solver;
 }
 
-std::vector<Check> discharge_case() {
+// Rates (kg/s) of the same discharged masses from two fillings, one value a seed.
+struct DischargeRates {
+  Slots slots;
+  std::vector<double> low, high;              // of the third slot: short and tall filling
+  std::vector<std::vector<double>> by_width;  // of the tall one
+};
+
+DischargeRates discharge_rates() {
   const double each = die_mass(balls());
-  // Rates of the same discharged masses from two fillings.
   const int kShort = 1200, kTall = 2000;
   const double from = 150 * each, to = 500 * each;
-  std::vector<double> low, high;
-  std::vector<std::vector<double>> by_width;
-  Slots slots;
+  DischargeRates r;
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     Slots small, large;
     const Model short_model = slot_model(small, kShort), tall_model = slot_model(large, kTall);
-    slots = small;
-    low.push_back(discharge(filled(short_model, small, seed), small, 2, to).rate(from, to));
+    r.slots = small;
+    r.low.push_back(discharge(filled(short_model, small, seed), small, 2, to).rate(from, to));
     const Solver full = filled(tall_model, large, seed + 10);
     const auto bytes = full.save();
-    by_width.resize(slots.widths.size());
-    for (int w = 0; w < static_cast<int>(slots.widths.size()); ++w) {
-      by_width[w].push_back(discharge(restored(tall_model, bytes), large, w, to).rate(from, to));
+    r.by_width.resize(r.slots.widths.size());
+    for (int w = 0; w < static_cast<int>(r.slots.widths.size()); ++w) {
+      r.by_width[w].push_back(discharge(restored(tall_model, bytes), large, w, to).rate(from, to));
     }
-    high.push_back(by_width[2].back());
+    r.high.push_back(r.by_width[2].back());
   }
-  std::vector<Check> checks;
-  const Sample a = sample(low), b = sample(high);
-  checks.push_back({.what = "rate from the tall filling / from the short one",
-                    .measured = b.mean / a.mean,
-                    .expected = 1,
-                    .tolerance = 0.03 + 4 * std::hypot(a.error / a.mean, b.error / b.mean),
-                    .bound = Bound::absolute});
-  // W^(2/3) = c^(2/3) (D - k d): a straight line in D.
+  return r;
+}
+
+// W^(2/3) = c^(2/3) (D - k d): a straight line in D.
+struct BeverlooLine {
+  double slope = 0, zero = 0;  // zero: k d, m
+  double rate(double width) const { return std::pow(slope * (width - zero), 1.5); }
+};
+
+BeverlooLine beverloo_line(const DischargeRates& r) {
   double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
-  for (std::size_t w = 0; w < slots.widths.size(); ++w) {
-    const double x = slots.widths[w], y = std::pow(sample(by_width[w]).mean, 2.0 / 3);
+  for (std::size_t w = 0; w < r.slots.widths.size(); ++w) {
+    const double x = r.slots.widths[w],
+                 y = std::pow(sample_statistics(r.by_width[w]).mean, 2.0 / 3);
     n += 1, sx += x, sy += y, sxx += x * x, sxy += x * y;
   }
   const double slope = (n * sxy - sx * sy) / (n * sxx - sx * sx);
-  const double zero = (sx - sy / slope) / n;  // mean D minus mean y over slope
-  double off = 0;
-  for (std::size_t w = 0; w < slots.widths.size(); ++w) {
-    const Sample rate = sample(by_width[w]);
-    const double line = std::pow(slope * (slots.widths[w] - zero), 1.5);
-    off = std::max(off, std::abs(rate.mean / line - 1));
+  return {slope, (sx - sy / slope) / n};  // mean D minus mean y over slope
+}
+
+std::vector<Check> discharge_case() {
+  const DischargeRates rates = discharge_rates();
+  std::vector<Check> checks;
+  const SampleStatistics a = sample_statistics(rates.low), b = sample_statistics(rates.high);
+  checks.push_back({.what = "rate from the tall filling / from the short one",
+                    .measured = b.mean / a.mean,
+                    .expected = 1,
+                    .tolerance = 0.03 + 4 * std::hypot(a.error() / a.mean, b.error() / b.mean),
+                    .bound = Bound::absolute});
+  const BeverlooLine line = beverloo_line(rates);
+  for (std::size_t w = 0; w < rates.slots.widths.size(); ++w) {
+    const SampleStatistics rate = sample_statistics(rates.by_width[w]);
+    const double expected = line.rate(rates.slots.widths[w]);
     checks.push_back({.what = fmt::format("slot of {:.1f} d: rate compared with Beverloo's line",
-                                          slots.widths[w] / kDie),
+                                          rates.slots.widths[w] / kDie),
                       .measured = rate.mean,
-                      .expected = line,
-                      .tolerance = 0.02 * line + 3 * rate.error,
+                      .expected = expected,
+                      .tolerance = 0.02 * expected + 3 * rate.error(),
                       .bound = Bound::absolute,
                       .unit = "kg/s"});
   }
   checks.push_back({.what = "empty annulus k, in diameters",
-                    .measured = zero / kDie,
+                    .measured = line.zero / kDie,
                     .expected = 1.5,
                     .tolerance = 0.7,
                     .bound = Bound::absolute});
   const double density = 0.58 * 1000;
   // The empty annulus lies along all four sides.
-  const double open_depth = slots.deep - zero;
-  checks.push_back({.what = "C of W = C rho sqrt(g) (L - k d) (D - k d)^(3/2)",
-                    .measured = std::pow(slope, 1.5) / (density * std::sqrt(kGravity) * open_depth),
-                    .expected = 1.03,
-                    .tolerance = 0.3,
-                    .bound = Bound::absolute});
+  const double open_depth = rates.slots.deep - line.zero;
+  checks.push_back(
+      {.what = "C of W = C rho sqrt(g) (L - k d) (D - k d)^(3/2)",
+       .measured = std::pow(line.slope, 1.5) / (density * std::sqrt(kGravity) * open_depth),
+       .expected = 1.03,
+       .tolerance = 0.3,
+       .bound = Bound::absolute});
   return checks;
 }
 

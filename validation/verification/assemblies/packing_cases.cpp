@@ -71,9 +71,9 @@ std::vector<Check> spheres() {
     checks.push_back({.what = slippery
                                   ? "fraction without friction: random close packing"
                                   : "fraction at friction 10: between buoyant and dry loose beds",
-                      .measured = sample(f).mean,
+                      .measured = sample_statistics(f).mean,
                       .expected = slippery ? 0.6366 : 0.575,
-                      .tolerance = (slippery ? 0.01 : 0.025) + 2 * sample(f).error,
+                      .tolerance = (slippery ? 0.01 : 0.025) + 2 * sample_statistics(f).error(),
                       .bound = Bound::absolute});
   }
   return checks;

@@ -44,16 +44,17 @@ double wedge(Model model, const Column& c, std::uint64_t seed) {
 
 constexpr int kSeeds = 4;
 
-Sample wedges(const Model& model, const Column& c) {
+SampleStatistics wedges(const Model& model, const Column& c) {
   std::vector<double> angles;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) angles.push_back(wedge(model, c, seed));
-  return sample(angles);
+  return sample_statistics(angles);
 }
 
-Check rises(const std::string& what, const Sample& high, const Sample& low, double errors = 3) {
+Check rises(const std::string& what, const SampleStatistics& high, const SampleStatistics& low,
+            double errors = 3) {
   return {fmt::format("{}: {:.1f} ± {:.1f} over {:.1f} ± {:.1f} deg, in standard errors", what,
-                      high.mean, high.error, low.mean, low.error),
-          (high.mean - low.mean) / std::hypot(high.error, low.error),
+                      high.mean, high.error(), low.mean, low.error()),
+          (high.mean - low.mean) / std::hypot(high.error(), low.error()),
           errors,
           0,
           Bound::at_least,
@@ -79,13 +80,13 @@ std::vector<Check> repose_trends() {
   Dice base;
   base.hardness = 3000;
   const Column column = dice_column();
-  const Sample b = wedges(dice_model(base), column);
+  const SampleStatistics b = wedges(dice_model(base), column);
   std::vector<Check> checks;
   checks.push_back(rises("friction 0.4 over 0.15", b, wedges(dice(0.15), column)));
   checks.push_back(rises("friction 0.8 over 0.4", wedges(dice(0.8), column), b, 0));
   Dice ball = base;
   ball.faces = 0;
-  const Sample smooth = wedges(dice_model(ball), column);
+  const SampleStatistics smooth = wedges(dice_model(ball), column);
   checks.push_back(rises("dodecahedra over spheres", b, smooth));
   ball.rolling_resistance = 0.2;
   checks.push_back(
@@ -93,10 +94,10 @@ std::vector<Check> repose_trends() {
   checks.push_back(rises("box 3 over 9 diameters deep", wedges(dice_model(base), dice_column(3)),
                          wedges(dice_model(base), dice_column(9))));
   const auto same = [&](const std::string& what, const Dice& d) {
-    const Sample s = wedges(dice_model(d), column);
+    const SampleStatistics s = wedges(dice_model(d), column);
     checks.push_back({fmt::format("{}: {:.1f} ± {:.1f} and {:.1f} ± {:.1f} deg, difference", what,
-                                  s.mean, s.error, b.mean, b.error),
-                      s.mean - b.mean, 0, 1 + 2 * std::hypot(s.error, b.error), Bound::absolute,
+                                  s.mean, s.error(), b.mean, b.error()),
+                      s.mean - b.mean, 0, 1 + 2 * std::hypot(s.error(), b.error()), Bound::absolute,
                       "deg"});
   };
   Dice other = base;
@@ -143,7 +144,7 @@ std::vector<Check> concavity() {
   column.tall = 0.8;
   std::vector<Check> checks;
   for (const double friction : {0.1, 0.4}) {
-    Sample both[2];
+    SampleStatistics both[2];
     for (const bool concave : {false, true}) {
       Model model = empty(law(friction, 0.3), law(friction, 0.3));
       add_shape(model, cross_or_hull(concave));

@@ -104,73 +104,97 @@ double fit_saturation(const std::vector<std::vector<Loads>>& runs) {
   return 0.5 * (low + high);
 }
 
+// What the runs of one wall friction give, one value a seed.
+struct WallRuns {
+  std::vector<std::vector<Loads>> loads;        // of each filling
+  std::vector<double> mobilized, deep, deeper;  // friction over push; floor loads near the end
+  double unbalanced = 0;                        // largest, of the weight
+  double face_lift = 0, face_push = 0;          // sums
+};
+
+WallRuns wall_runs(double friction) {
+  WallRuns r;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    r.loads.push_back(janssen_loads(friction, seed));
+    const std::vector<Loads>& run = r.loads.back();
+    for (const Loads& l : run)
+      r.unbalanced = std::max(r.unbalanced,
+                              std::abs(l.floor + l.wall_lift - l.weight - l.momentum) / l.weight);
+    r.mobilized.push_back(run.back().wall_lift / run.back().wall_push);
+    r.face_lift += run.back().face_lift;
+    r.face_push += run.back().face_push;
+    r.deep.push_back(0.5 * (run[run.size() - 4].floor + run[run.size() - 3].floor));
+    r.deeper.push_back(0.5 * (run[run.size() - 2].floor + run[run.size() - 1].floor));
+  }
+  return r;
+}
+
+// Root mean square over the fillings of the mean over the seeds, of which the theory is, off
+// Janssen's curve.
+double janssen_misfit(const WallRuns& r, double saturation) {
+  const std::size_t fillings = r.loads[0].size();
+  double square = 0;
+  for (std::size_t k = 0; k < fillings; ++k) {
+    std::vector<double> off;
+    off.reserve(r.loads.size());
+    for (const auto& loads : r.loads)
+      off.push_back(loads[k].floor - janssen(loads[k].weight, saturation));
+    square += std::pow(sample_statistics(off).mean, 2);
+  }
+  return std::sqrt(square / static_cast<double>(fillings));
+}
+
+// `used_up`: share of the friction on the walls that must act.
+void check_walls(double friction, double used_up, const WallRuns& r, double saturation,
+                 std::vector<Check>& checks) {
+  const std::string at = fmt::format("wall friction {}: ", friction);
+  const double weight = r.loads[0].back().weight;
+  checks.push_back({.what = at + "floor + walls minus weight and momentum, largest difference",
+                    .measured = r.unbalanced,
+                    .expected = 1e-3,
+                    .bound = Bound::at_most});
+  checks.push_back({.what = at + "friction on the walls / push on them",
+                    .measured = sample_statistics(r.mobilized).mean,
+                    .expected = used_up * friction,
+                    .bound = Bound::at_least});
+  checks.push_back({.what = at + "the same on faces of dice, which do not roll",
+                    .measured = r.face_lift / r.face_push,
+                    .expected = 0.98 * friction,
+                    .bound = Bound::at_least});
+  checks.push_back({.what = at + "largest of a seed, no more than Coulomb's",
+                    .measured = *std::max_element(r.mobilized.begin(), r.mobilized.end()),
+                    .expected = friction * (1 + 1e-6),
+                    .bound = Bound::at_most});
+  checks.push_back(
+      {.what = at + "mean floor load off Janssen's curve, root mean square / saturation",
+       .measured = janssen_misfit(r, saturation) / saturation,
+       .expected = 0.1,
+       .bound = Bound::at_most});
+  const SampleStatistics deep = sample_statistics(r.deep), deeper = sample_statistics(r.deeper);
+  checks.push_back(
+      {.what = at + "growth of the floor load over the last quarter of the filling",
+       .measured = deeper.mean - deep.mean,
+       .expected = janssen(0.9375 * weight, saturation) - janssen(0.6875 * weight, saturation),
+       .tolerance = 4 * std::hypot(deep.error(), deeper.error()),
+       .bound = Bound::absolute,
+       .unit = "N"});
+}
+
 std::vector<Check> janssen_case() {
   std::vector<Check> checks;
   std::vector<double> pressure_ratio;
   double saturation_of_weight = 0;
   // Rough walls roll some of the dice along (see the remark), and S is judged to 10 %.
   for (const auto& [friction, used_up] : {std::pair{0.25, 0.95}, std::pair{0.5, 0.9}}) {
-    std::vector<std::vector<Loads>> runs;
-    double unbalanced = 0, face_lift = 0, face_push = 0;
-    std::vector<double> mobilized, deep, deeper;
-    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
-      runs.push_back(janssen_loads(friction, seed));
-      for (const Loads& l : runs.back()) {
-        unbalanced = std::max(unbalanced,
-                              std::abs(l.floor + l.wall_lift - l.weight - l.momentum) / l.weight);
-      }
-      const std::vector<Loads>& r = runs.back();
-      mobilized.push_back(r.back().wall_lift / r.back().wall_push);
-      face_lift += r.back().face_lift;
-      face_push += r.back().face_push;
-      deep.push_back(0.5 * (r[r.size() - 4].floor + r[r.size() - 3].floor));
-      deeper.push_back(0.5 * (r[r.size() - 2].floor + r[r.size() - 1].floor));
-    }
-    const std::string at = fmt::format("wall friction {}: ", friction);
-    const double s = fit_saturation(runs);
-    double square = 0;  // of the mean over the seeds, of which the theory is
-    for (std::size_t k = 0; k < runs[0].size(); ++k) {
-      std::vector<double> off;
-      off.reserve(runs.size());
-      for (const auto& loads : runs) off.push_back(loads[k].floor - janssen(loads[k].weight, s));
-      square += std::pow(sample(off).mean, 2);
-    }
-    const double misfit = std::sqrt(square / static_cast<double>(runs[0].size()));
-    const double weight = runs[0].back().weight;
-    saturation_of_weight = s / weight;
+    const WallRuns runs = wall_runs(friction);
+    const double s = fit_saturation(runs.loads);
+    saturation_of_weight = s / runs.loads[0].back().weight;
     // S = (rho g A) (D / 4) / (mu K) with the friction measured on the walls for mu; rho g A =
     // weight / height, height from the bulk fraction.
     const double line_weight = 0.58 * 1000 * kGravity * std::pow(6 * kDie, 2);
-    pressure_ratio.push_back(line_weight * 6 * kDie / 4 / (sample(mobilized).mean * s));
-    checks.push_back({.what = at + "floor + walls minus weight and momentum, largest difference",
-                      .measured = unbalanced,
-                      .expected = 1e-3,
-                      .bound = Bound::at_most});
-    checks.push_back({.what = at + "friction on the walls / push on them",
-                      .measured = sample(mobilized).mean,
-                      .expected = used_up * friction,
-                      .bound = Bound::at_least});
-    checks.push_back({.what = at + "the same on faces of dice, which do not roll",
-                      .measured = face_lift / face_push,
-                      .expected = 0.98 * friction,
-                      .bound = Bound::at_least});
-    checks.push_back({.what = at + "largest of a seed, no more than Coulomb's",
-                      .measured = *std::max_element(mobilized.begin(), mobilized.end()),
-                      .expected = friction * (1 + 1e-6),
-                      .bound = Bound::at_most});
-    checks.push_back(
-        {.what = at + "mean floor load off Janssen's curve, root mean square / saturation",
-         .measured = misfit / s,
-         .expected = 0.1,
-         .bound = Bound::at_most});
-    const double expected_growth = janssen(0.9375 * weight, s) - janssen(0.6875 * weight, s);
-    const double error = std::hypot(sample(deep).error, sample(deeper).error);
-    checks.push_back({.what = at + "growth of the floor load over the last quarter of the filling",
-                      .measured = sample(deeper).mean - sample(deep).mean,
-                      .expected = expected_growth,
-                      .tolerance = 4 * error,
-                      .bound = Bound::absolute,
-                      .unit = "N"});
+    pressure_ratio.push_back(line_weight * 6 * kDie / 4 /
+                             (sample_statistics(runs.mobilized).mean * s));
+    check_walls(friction, used_up, runs, s, checks);
   }
   checks.push_back({.what = "ratio of pressures K, wall friction 0.25",
                     .measured = pressure_ratio[0],

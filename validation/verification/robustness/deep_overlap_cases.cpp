@@ -172,82 +172,99 @@ std::vector<Check> initial_overlap_case() {
 
 // --- A cube wedged between a blade and a wall. ---------------------------------------------------
 
+// A blade that leans over the cube by an angle and comes from the left, until it has squeezed the
+// cube against the wall.
+struct Wedge {
+  static constexpr double edge = 20e-3, push = 0.05;  // m, m/s
+  double squeeze = 0, degrees = 0;                    // m, of the cube
+  double stop() const {                               // s, when the blade is there
+    return (squeeze + 0.1e-3 / std::cos(degrees * kDegToRad)) / push;
+  }
+};
+
+Boundary blade_of(const Wedge& w) {
+  Boundary blade;
+  blade.name = "blade";
+  blade.material = scenes::kPlastic;
+  blade.rigid = true;
+  blade.kind = Boundary::Kind::solid;
+  std::vector<HalfSpace> sides;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double half = axis == 0 ? 1e-3 : 30e-3;
+    for (const double sign : {-1.0, 1.0}) sides.push_back({sign * Vec3::Unit(axis), half});
+  }
+  blade.parts = {convex_part(sides, 0)};
+  blade.orientation = Quat(Eigen::AngleAxisd(w.degrees * kDegToRad, Vec3::UnitY()));
+  // Its face just touches the cube's upper left edge (leaning) or left face.
+  blade.origin =
+      Vec3(-Wedge::edge / 2, 0, Wedge::edge) - blade.orientation * Vec3(1e-3 + 0.1e-3, 0, 0);
+  blade.motions = {translation({Wedge::push, 0, 0}, 0, w.stop())};
+  return blade;
+}
+
+std::vector<Check> wedge_checks(const Wedge& w) {
+  constexpr double edge = Wedge::edge, push = Wedge::push;
+  Model model = scenes::body_on_plane(cube(edge), scenes::law(0.3, 0.3));
+  const double dt = model.timestep = advise_timestep(model, 10).timestep;
+  scenes::add_plane(model, {edge / 2, 0, 0}, -Vec3::UnitX());
+  model.boundaries.push_back(blade_of(w));
+  Solver solver(model);
+  solver.insert(0, {0, 0, edge / 2 + 1e-6}, Quat::Identity(), Vec3::Zero(), Vec3::Zero());
+  scenes::run(solver, w.stop() + 0.1);
+  const Vec3 before = solver.particles().velocity[0];
+  const double peak = solver.particles().peak_normal_force[0];
+  double wall_peak = 0;
+  for (const BoundaryState& b : solver.boundaries())
+    wall_peak = std::max(wall_peak, b.peak_normal_force);
+  solver.clear_boundary_loads();
+  constexpr double hold = 0.05;
+  const double mass = model.shapes[0].mass, begin = solver.time();
+  scenes::run(solver, hold);
+  const double took = solver.time() - begin;
+  Vec3 impulse = Vec3::Zero();
+  double largest = 0;
+  for (const BoundaryState& b : solver.boundaries()) {
+    impulse += b.impulse;
+    largest = std::max(largest, b.impulse.norm() / took);
+  }
+  const Vec3 change = mass * (solver.particles().velocity[0] - before);
+  const Vec3 missing = change + impulse - mass * took * model.gravity;
+  const std::string what =
+      fmt::format("blade at {:g} degrees, {:g} mm: ", w.degrees, w.squeeze * 1e3);
+  std::vector<Check> checks;
+  // Impulses are sums over whole steps, kicks go by halves: half a step's force at each end.
+  checks.push_back({.what = what + "momentum that no force explains",
+                    .measured = missing.norm(),
+                    .expected = 0,
+                    .tolerance = dt * std::max(largest, mass * kGravity),
+                    .bound = Bound::absolute,
+                    .unit = "N s"});
+  checks.push_back({.what = what + "peak of the cube over that of the walls",
+                    .measured = peak / wall_peak,
+                    .expected = 1,
+                    .tolerance = 1e-12});
+  checks.push_back({.what = what + "kinetic energy left",
+                    .measured = solver.energy().kinetic,
+                    .expected = 0.5 * mass * push * push,
+                    .bound = Bound::at_most,
+                    .unit = "J"});
+  if (w.degrees > 0) return checks;
+  // Two springs in series: blade and wall.
+  const double force = 0.5 * model.shapes[0].stiffness * w.squeeze;
+  checks.push_back({.what = what + "squeezing force",
+                    .measured = peak,
+                    .expected = force,
+                    .tolerance = 0.02,
+                    .unit = "N"});
+  return checks;
+}
+
 std::vector<Check> wedge_case() {
   std::vector<Check> checks;
-  constexpr double edge = 20e-3, push = 0.05;
-  for (const double squeeze : {1e-3, 3e-3, 6e-3}) {
-    for (const double degrees : {0.0, 10.0, 25.0}) {
-      Model model = scenes::body_on_plane(cube(edge), scenes::law(0.3, 0.3));
-      const double dt = model.timestep = advise_timestep(model, 10).timestep;
-      scenes::add_plane(model, {edge / 2, 0, 0}, -Vec3::UnitX());
-      // The blade leans over the cube by the angle and comes from the left.
-      Boundary blade;
-      blade.name = "blade";
-      blade.material = scenes::kPlastic;
-      blade.rigid = true;
-      blade.kind = Boundary::Kind::solid;
-      std::vector<HalfSpace> sides;
-      for (int axis = 0; axis < 3; ++axis) {
-        const double half = axis == 0 ? 1e-3 : 30e-3;
-        for (const double sign : {-1.0, 1.0}) sides.push_back({sign * Vec3::Unit(axis), half});
-      }
-      blade.parts = {convex_part(sides, 0)};
-      const double lean = degrees * kDegToRad;
-      blade.orientation = Quat(Eigen::AngleAxisd(lean, Vec3::UnitY()));
-      // Its face just touches the cube's upper left edge (leaning) or left face.
-      blade.origin = Vec3(-edge / 2, 0, edge) - blade.orientation * Vec3(1e-3 + 0.1e-3, 0, 0);
-      const double stop = (squeeze + 0.1e-3 / std::cos(lean)) / push;
-      blade.motions = {translation({push, 0, 0}, 0, stop)};
-      model.boundaries.push_back(blade);
-      Solver solver(model);
-      solver.insert(0, {0, 0, edge / 2 + 1e-6}, Quat::Identity(), Vec3::Zero(), Vec3::Zero());
-      scenes::run(solver, stop + 0.1);
-      const Vec3 before = solver.particles().velocity[0];
-      const double peak = solver.particles().peak_normal_force[0];
-      double wall_peak = 0;
-      for (const BoundaryState& b : solver.boundaries())
-        wall_peak = std::max(wall_peak, b.peak_normal_force);
-      solver.clear_boundary_loads();
-      constexpr double hold = 0.05;
-      const double mass = model.shapes[0].mass, begin = solver.time();
-      scenes::run(solver, hold);
-      const double took = solver.time() - begin;
-      Vec3 impulse = Vec3::Zero();
-      double largest = 0;
-      for (const BoundaryState& b : solver.boundaries()) {
-        impulse += b.impulse;
-        largest = std::max(largest, b.impulse.norm() / took);
-      }
-      const Vec3 change = mass * (solver.particles().velocity[0] - before);
-      const Vec3 missing = change + impulse - mass * took * model.gravity;
-      const std::string what =
-          fmt::format("blade at {:g} degrees, {:g} mm: ", degrees, squeeze * 1e3);
-      // Impulses are sums over whole steps, kicks go by halves: half a step's force at each end.
-      checks.push_back({.what = what + "momentum that no force explains",
-                        .measured = missing.norm(),
-                        .expected = 0,
-                        .tolerance = dt * std::max(largest, mass * kGravity),
-                        .bound = Bound::absolute,
-                        .unit = "N s"});
-      checks.push_back({.what = what + "peak of the cube over that of the walls",
-                        .measured = peak / wall_peak,
-                        .expected = 1,
-                        .tolerance = 1e-12});
-      checks.push_back({.what = what + "kinetic energy left",
-                        .measured = solver.energy().kinetic,
-                        .expected = 0.5 * mass * push * push,
-                        .bound = Bound::at_most,
-                        .unit = "J"});
-      if (degrees > 0) continue;
-      // Two springs in series: blade and wall.
-      const double force = 0.5 * model.shapes[0].stiffness * squeeze;
-      checks.push_back({.what = what + "squeezing force",
-                        .measured = peak,
-                        .expected = force,
-                        .tolerance = 0.02,
-                        .unit = "N"});
-    }
-  }
+  for (const double squeeze : {1e-3, 3e-3, 6e-3})
+    for (const double degrees : {0.0, 10.0, 25.0})
+      for (Check& check : wedge_checks({.squeeze = squeeze, .degrees = degrees}))
+        checks.push_back(std::move(check));
   return checks;
 }
 
