@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace firn {
 namespace {
@@ -206,11 +207,31 @@ RectifiedLedge::RectifiedLedge(const Photograph& photo, const Photograph* backgr
     : place_(fmt::format("{}: slope \"{}\": ", photo.file, ledge.name)),
       ledge_(ledge),
       particle_size_(setup.particle_size) {
+  sample(photo, background, camera, setup, choose_cells(camera, setup.height));
+  value_ = smoothed(value_, visible_, columns_, rows_);
+  for (int i = 0; i < columns_; ++i) {
+    if (!visible_[static_cast<std::size_t>(cell(i, 0))])
+      refuse(
+          fmt::format("the floor at x = {:.4g} m is outside of the photograph; expected all of it",
+                      ledge.x((i + 0.5) * step_)));
+  }
+  const OtsuThreshold found = otsu(value_, visible_);
+  threshold_ = found.threshold;
+  contrast_ = found.contrast;
+  if (contrast_ < kLeastContrast) {
+    refuse(
+        fmt::format("no heap is seen: light and dark parts differ by {:.2g} of 255 levels; "
+                    "expected at least {}",
+                    contrast_, kLeastContrast));
+  }
+}
+
+int RectifiedLedge::choose_cells(const WallCamera& camera, double height) {
   // Pixels of a meter of the wall, where they are most.
   double finest = 0, coarsest = INFINITY;
-  for (const double s : {0.0, ledge.length()}) {
-    for (const double z : {0.0, setup.height}) {
-      const Vec2 at(ledge.x(s), z), e(1e-4 * particle_size_, 0);
+  for (const double s : {0.0, ledge_.length()}) {
+    for (const double z : {0.0, height}) {
+      const Vec2 at(ledge_.x(s), z), e(1e-4 * particle_size_, 0);
       for (const Vec2& side : {e, Vec2(0, e.x())}) {
         const double scale = (camera.pixel(at + side) - camera.pixel(at)).norm() / e.x();
         finest = std::max(finest, scale);
@@ -227,14 +248,17 @@ RectifiedLedge::RectifiedLedge(const Photograph& photo, const Photograph* backgr
                     coarsest * particle_size_, kLeastPixels));
   }
   step_ = std::max(kCell * particle_size_, 1 / finest);
-  columns_ = static_cast<int>(std::lround(ledge.length() / step_));
-  rows_ = static_cast<int>(std::lround(setup.height / step_));
+  columns_ = static_cast<int>(std::lround(ledge_.length() / step_));
+  rows_ = static_cast<int>(std::lround(height / step_));
   if (static_cast<double>(columns_) * rows_ > kMostCells)
     refuse(
         "is too large for a particle of this size; expected a shorter slope or a lower `height`");
   rows_ = std::max(rows_, 2);
-  const int samples =
-      std::clamp(static_cast<int>(std::ceil(step_ * finest - 1e-6)), 1, 8);  // each way in a cell
+  return std::clamp(static_cast<int>(std::ceil(step_ * finest - 1e-6)), 1, 8);
+}
+
+void RectifiedLedge::sample(const Photograph& photo, const Photograph* background,
+                            const WallCamera& camera, const PhotoSetup& setup, int samples) {
   value_.resize(static_cast<std::size_t>(columns_) * rows_);
   visible_.assign(value_.size(), 1);
   for (int i = 0; i < columns_; ++i) {
@@ -244,7 +268,7 @@ RectifiedLedge::RectifiedLedge(const Photograph& photo, const Photograph* backgr
       for (int a = 0; a < samples && visible_[at]; ++a) {
         for (int b = 0; b < samples; ++b) {
           const Vec2 p = camera.pixel(
-              {ledge.x((i + (a + 0.5) / samples) * step_), (k + (b + 0.5) / samples) * step_});
+              {ledge_.x((i + (a + 0.5) / samples) * step_), (k + (b + 0.5) / samples) * step_});
           if (!shows(photo, p)) {
             visible_[at] = 0;
             break;
@@ -257,22 +281,6 @@ RectifiedLedge::RectifiedLedge(const Photograph& photo, const Photograph* backgr
       const double mean = sum / (samples * samples);
       value_[at] = static_cast<float>(background || setup.heap_is_brighter ? mean : 255 - mean);
     }
-  }
-  value_ = smoothed(value_, visible_, columns_, rows_);
-  for (int i = 0; i < columns_; ++i) {
-    if (!visible_[static_cast<std::size_t>(cell(i, 0))])
-      refuse(
-          fmt::format("the floor at x = {:.4g} m is outside of the photograph; expected all of it",
-                      ledge.x((i + 0.5) * step_)));
-  }
-  const OtsuThreshold found = otsu(value_, visible_);
-  threshold_ = found.threshold;
-  contrast_ = found.contrast;
-  if (contrast_ < kLeastContrast) {
-    refuse(
-        fmt::format("no heap is seen: light and dark parts differ by {:.2g} of 255 levels; "
-                    "expected at least {}",
-                    contrast_, kLeastContrast));
   }
 }
 
@@ -316,57 +324,71 @@ RectifiedLedge::Edge RectifiedLedge::edge_near(int column, int top, double shift
   return edge;
 }
 
-std::vector<Vec2> RectifiedLedge::outline(double shift) const {
-  const std::vector<char> heap = largest_group(threshold_ + shift * contrast_);
-  std::vector<Vec2> points;
-  std::vector<char> sharp;  // of each point
+void RectifiedLedge::check_column(int column, int top, double x) const {
   const int cleared = static_cast<int>(std::lround(kCleared * particle_size_ / step_));
-  double covered = 0, in_window = 0, unsharp = 0, lowest = INFINITY;
+  for (int k = 0; k <= std::min(top + cleared, rows_ - 1); ++k) {
+    if (!visible_[static_cast<std::size_t>(cell(column, k))])
+      refuse(
+          fmt::format("the border of the photograph cuts the heap at x = {:.4g} m; expected "
+                      "all of it",
+                      x));
+  }
+  if (top + 1 >= rows_)
+    refuse(
+        fmt::format("the heap reaches the top of what is searched at x = {:.4g} m; expected a "
+                    "larger `height`, or no bright background there",
+                    x));
+}
+
+RectifiedLedge::TopEdge RectifiedLedge::top_edge(const std::vector<char>& heap,
+                                                 double shift) const {
+  TopEdge found;
+  found.lowest = INFINITY;
   for (int i = 0; i < columns_; ++i) {
     int top = rows_ - 1;
     while (top >= 0 && !heap[static_cast<std::size_t>(cell(i, top))]) --top;
     const double distance = (i + 0.5) * step_, x = ledge_.x(distance);
     const bool wanted = distance >= ledge_.window.from && distance <= ledge_.window.to;
-    in_window += wanted;
+    found.in_window += wanted;
     if (top < 0) continue;
-    covered += wanted;
-    for (int k = 0; k <= std::min(top + cleared, rows_ - 1); ++k) {
-      if (!visible_[static_cast<std::size_t>(cell(i, k))])
-        refuse(
-            fmt::format("the border of the photograph cuts the heap at x = {:.4g} m; expected "
-                        "all of it",
-                        x));
-    }
-    if (top + 1 >= rows_)
-      refuse(
-          fmt::format("the heap reaches the top of what is searched at x = {:.4g} m; expected a "
-                      "larger `height`, or no bright background there",
-                      x));
+    found.covered += wanted;
+    check_column(i, top, x);
     const Edge edge = edge_near(i, top, shift);
-    unsharp += wanted && !edge.sharp;
-    points.push_back({x, edge.height});
-    sharp.push_back(edge.sharp);
+    found.unsharp += wanted && !edge.sharp;
+    found.points.push_back({x, edge.height});
+    found.sharp.push_back(edge.sharp);
     int bottom = 0;
     while (!heap[static_cast<std::size_t>(cell(i, bottom))]) ++bottom;
-    lowest = std::min(lowest, bottom * step_);
+    found.lowest = std::min(found.lowest, bottom * step_);
   }
-  if (lowest > particle_size_) {
+  return found;
+}
+
+void RectifiedLedge::check_edge(const TopEdge& edge) const {
+  if (edge.lowest > particle_size_) {
     refuse(fmt::format(
         "the lowest point of the outline is {:.3g} m above the floor; expected a heap on z = 0",
-        lowest));
+        edge.lowest));
   }
   constexpr double kLeastCovered = 0.5;
-  if (covered < kLeastCovered * in_window) {
+  if (edge.covered < kLeastCovered * edge.in_window) {
     refuse(fmt::format("the heap covers {:.0f} % of the window; expected at least {:.0f} %",
-                       100 * covered / in_window, 100 * kLeastCovered));
+                       100 * edge.covered / edge.in_window, 100 * kLeastCovered));
   }
-  if (unsharp > kMostUnsharp * covered) {
+  if (edge.unsharp > kMostUnsharp * edge.covered) {
     refuse(
         fmt::format("{:.0f} % of the outline is not sharp; expected at most {:.0f} % (glare, "
                     "shadows or a background that resembles the ice)",
-                    100 * unsharp / covered, 100 * kMostUnsharp));
+                    100 * edge.unsharp / edge.covered, 100 * kMostUnsharp));
   }
+}
+
+std::vector<Vec2> RectifiedLedge::outline(double shift) const {
+  TopEdge edge = top_edge(largest_group(threshold_ + shift * contrast_), shift);
+  check_edge(edge);
   // Between the nearest sharp points of either side.
+  std::vector<Vec2>& points = edge.points;
+  const std::vector<char>& sharp = edge.sharp;
   for (std::size_t k = 0; k < points.size(); ++k) {
     if (sharp[k]) continue;
     std::size_t before = k, after = k;
@@ -376,7 +398,7 @@ std::vector<Vec2> RectifiedLedge::outline(double shift) const {
     const Vec2 &a = points[before], &b = points[after];
     points[k].y() = a.y() + (points[k].x() - a.x()) / (b.x() - a.x()) * (b.y() - a.y());
   }
-  return points;
+  return std::move(edge.points);
 }
 
 HeapSlope outline_slope(const std::vector<Vec2>& outline, const PhotoLedge& ledge,

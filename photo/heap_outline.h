@@ -37,12 +37,28 @@ class RectifiedLedge {
   double value(int column, int row) const {
     return value_[static_cast<std::size_t>(cell(column, row))];
   }
+  // The size and number of the cells, from the pixels of a meter of the wall. Returns how many
+  // samples a cell takes each way.
+  int choose_cells(const WallCamera& camera, double height);
+  void sample(const Photograph& photo, const Photograph* background, const WallCamera& camera,
+              const PhotoSetup& setup, int samples);
   std::vector<char> largest_group(double threshold) const;
   struct Edge {
     double height = 0;  // m
     bool sharp = false;
   };
   Edge edge_near(int column, int top, double shift) const;
+  // Throws InputError unless the photograph shows the column up to what is above the heap.
+  void check_column(int column, int top, double x) const;
+  // The upper edge of the heap, a point for each column that has one.
+  struct TopEdge {
+    std::vector<Vec2> points;
+    std::vector<char> sharp;                         // of each point
+    double covered = 0, unsharp = 0, in_window = 0;  // columns of the fit window
+    double lowest = 0;                               // m, underside of the heap
+  };
+  TopEdge top_edge(const std::vector<char>& heap, double shift) const;
+  void check_edge(const TopEdge& edge) const;
   [[noreturn]] void refuse(const std::string& what) const;
 
   std::string place_;  // begins messages

@@ -16,18 +16,6 @@ namespace {
 constexpr int kDraws = 200;  // of the camera
 constexpr std::uint64_t kSeed = 20261126;
 
-// Normal numbers that are the same everywhere (Box and Muller 1958).
-class NormalNumbers {
- public:
-  double operator()() {
-    const double u = uniform_half_open(engine_), v = uniform_half_open(engine_);
-    return std::sqrt(-2 * std::log(1 - u)) * std::cos(2 * std::numbers::pi * v);
-  }
-
- private:
-  std::mt19937_64 engine_{kSeed};
-};
-
 // Throws InputErrors of the camera with the place of the key `corners`.
 WallCamera camera_of(const PhotoSetup& setup, const Lens& lens,
                      const std::vector<WallPoint>& corners, const char* more = "") {
@@ -41,7 +29,8 @@ WallCamera camera_of(const PhotoSetup& setup, const Lens& lens,
 // Cameras that the setup's uncertainties make as likely as the stated one.
 std::vector<WallCamera> possible_cameras(const PhotoSetup& setup, const Lens& lens) {
   std::vector<WallCamera> cameras;
-  NormalNumbers normal;
+  std::mt19937_64 random(kSeed);
+  const auto normal = [&] { return normal_deviate_half_open(random); };
   for (int draw = 0; draw < kDraws; ++draw) {
     Lens drawn = lens;
     drawn.k1 += setup.k1_uncertainty * normal();

@@ -43,6 +43,86 @@ std::vector<std::array<std::uint8_t, 3>> reduced_rows(const Photograph& photo, i
   return pixels;
 }
 
+// Curves and labels over a photograph that is shown reduced by a whole factor.
+class PhotoOverlay {
+ public:
+  PhotoOverlay(const WallCamera& camera, int factor, int height)
+      : camera_(camera), factor_(factor), height_(height) {}
+
+  // Through points of the photograph.
+  void curve(const std::vector<Vec2>& pixels, const std::string& style) {
+    data_ += fmt::format("$curve{} << EOD\n", blocks_);
+    for (const Vec2& p : pixels)
+      data_ +=
+          fmt::format("{:.2f} {:.2f}\n", p.x() / factor_ - 0.5, height_ - 0.5 - p.y() / factor_);
+    data_ += "EOD\n";
+    curves_ += fmt::format(", $curve{} with {}", blocks_++, style);
+  }
+
+  // Ledge, fit window, outline and fitted line of a slope, and its angle. `height`: that of the
+  // ledge's picture, m.
+  void add_slope(const PhotoSlope& slope, double height) {
+    const PhotoLedge& ledge = slope.ledge;
+    const double from = slope.lines.window.from, to = slope.lines.window.to;
+    const auto z = [&](double s) {
+      return slope.lines.robust.intercept + slope.lines.robust.slope * s;
+    };
+    const std::string thin = fmt::format("lines lw 1.5 lc rgb '{}'", kLedgeColor);
+    line(ledge, {0, 0}, {ledge.length(), 0}, thin);
+    for (const double s : {0.0, from, to, ledge.length()})
+      line(ledge, {s, 0}, {s, height}, thin + (s == from || s == to ? "" : " dt 2"));
+    std::vector<Vec2> outline;
+    for (const Vec2& p : slope.outline) outline.push_back(camera_.pixel(p));
+    curve(outline, fmt::format("lines lw 2 lc rgb '{}'", kOutlineColor));
+    line(ledge, {from, z(from)}, {to, z(to)}, "lines lw 5 lc rgb '#ffffff'");
+    line(ledge, {from, z(from)}, {to, z(to)}, fmt::format("lines lw 2.5 lc rgb '{}'", kLineColor));
+    const Vec2 above = camera_.pixel({ledge.x((from + to) / 2), 0.93 * height});
+    labels_ += fmt::format(
+        "set label {} at {:.1f},{:.1f} center front font 'DejaVu Sans:Bold,16' tc rgb '{}'\n",
+        encode::gnuplot(measured_text(slope.lines.robust_angle, slope.lines.robust_uncertainty) +
+                        " deg"),
+        above.x() / factor_, height_ - above.y() / factor_, kLineColor);
+  }
+
+  std::string commands() const { return data_ + labels_; }  // before the plot
+  const std::string& curves() const { return curves_; }     // of the plot
+
+ private:
+  // Between two points (distance, height) of the wall, which the lens may bend.
+  void line(const PhotoLedge& ledge, const Vec2& a, const Vec2& b, const std::string& style) {
+    constexpr int kPieces = 40;
+    std::vector<Vec2> pixels;
+    for (int k = 0; k <= kPieces; ++k) {
+      const Vec2 p = a + (b - a) * k / kPieces;
+      pixels.push_back(camera_.pixel({ledge.x(p.x()), p.y()}));
+    }
+    curve(pixels, style);
+  }
+
+  const WallCamera& camera_;
+  int factor_, height_;
+  std::string data_, curves_, labels_;
+  int blocks_ = 0;
+};
+
+// Three lines above a picture of `canvas` pixels of height.
+std::string photo_captions(const HeapPhotoResult& result, const PhotoAngle& heap, double canvas) {
+  const auto title = [&](double row, int size, const char* color, const std::string& text) {
+    return fmt::format(
+        "set label {} at screen 0.012, screen {:.5f} font ',{}' tc rgb '{}' noenhanced\n",
+        encode::gnuplot(text), 1 - row / canvas, size, color);
+  };
+  return title(22, 16, "#1d2733", result.setup.name) +
+         title(50, 13, "#1d2733",
+               fmt::format("{}: {} deg from the roughness of the outline; camera and threshold "
+                           "± {:.2g} deg",
+                           std::filesystem::path(heap.file).filename().string(),
+                           measured_text(heap.angle, heap.roughness), result.systematic)) +
+         title(74, 12, "#5b6673",
+               "purple: outline of the ice; red: fitted line; yellow: floor, ledge and fit "
+               "window; green crosses: corners");
+}
+
 }  // namespace
 
 void draw_heap_photo(const HeapPhotoResult& result, std::size_t number, const Photograph& photo,
@@ -53,76 +133,21 @@ void draw_heap_photo(const HeapPhotoResult& result, std::size_t number, const Ph
   const int factor = (photo.width + kMostWidth - 1) / kMostWidth;
   const int width = photo.width / factor, height = photo.height / factor;
   const Gnuplot gnuplot;
-  std::string data, curves;
-  int blocks = 0;
-  // A curve through points of the photograph.
-  const auto curve = [&](const std::vector<Vec2>& pixels, const std::string& style) {
-    data += fmt::format("$curve{} << EOD\n", blocks);
-    for (const Vec2& p : pixels)
-      data += fmt::format("{:.2f} {:.2f}\n", p.x() / factor - 0.5, height - 0.5 - p.y() / factor);
-    data += "EOD\n";
-    curves += fmt::format(", $curve{} with {}", blocks++, style);
-  };
-  std::string labels;
-  for (const PhotoSlope& slope : heap.slopes) {
-    const PhotoLedge& ledge = slope.ledge;
-    // Between two points (distance, height) of the wall, which the lens may bend.
-    const auto line = [&](const Vec2& a, const Vec2& b, const std::string& style) {
-      constexpr int kPieces = 40;
-      std::vector<Vec2> pixels;
-      for (int k = 0; k <= kPieces; ++k) {
-        const Vec2 p = a + (b - a) * k / kPieces;
-        pixels.push_back(camera.pixel({ledge.x(p.x()), p.y()}));
-      }
-      curve(pixels, style);
-    };
-    const double from = slope.lines.window.from, to = slope.lines.window.to;
-    const auto z = [&](double s) {
-      return slope.lines.robust.intercept + slope.lines.robust.slope * s;
-    };
-    const std::string thin = fmt::format("lines lw 1.5 lc rgb '{}'", kLedgeColor);
-    line({0, 0}, {ledge.length(), 0}, thin);
-    for (const double s : {0.0, from, to, ledge.length()})
-      line({s, 0}, {s, result.setup.height}, thin + (s == from || s == to ? "" : " dt 2"));
-    std::vector<Vec2> outline;
-    for (const Vec2& p : slope.outline) outline.push_back(camera.pixel(p));
-    curve(outline, fmt::format("lines lw 2 lc rgb '{}'", kOutlineColor));
-    line({from, z(from)}, {to, z(to)}, "lines lw 5 lc rgb '#ffffff'");
-    line({from, z(from)}, {to, z(to)}, fmt::format("lines lw 2.5 lc rgb '{}'", kLineColor));
-    const Vec2 above = camera.pixel({ledge.x((from + to) / 2), 0.93 * result.setup.height});
-    labels += fmt::format(
-        "set label {} at {:.1f},{:.1f} center front font 'DejaVu Sans:Bold,16' tc rgb '{}'\n",
-        encode::gnuplot(measured_text(slope.lines.robust_angle, slope.lines.robust_uncertainty) +
-                        " deg"),
-        above.x() / factor, height - above.y() / factor, kLineColor);
-  }
+  PhotoOverlay overlay(camera, factor, height);
+  for (const PhotoSlope& slope : heap.slopes) overlay.add_slope(slope, result.setup.height);
   std::vector<Vec2> corners;
   for (const WallPoint& c : result.setup.corners) corners.push_back(c.pixel);
-  curve(corners, fmt::format("points pt 1 ps 2.5 lw 2.5 lc rgb '{}'", kCornerColor));
+  overlay.curve(corners, fmt::format("points pt 1 ps 2.5 lw 2.5 lc rgb '{}'", kCornerColor));
 
   const double canvas = height + kTitleHeight;
-  const auto title = [&](double row, int size, const char* color, const std::string& text) {
-    return fmt::format(
-        "set label {} at screen 0.012, screen {:.5f} font ',{}' tc rgb '{}' noenhanced\n",
-        encode::gnuplot(text), 1 - row / canvas, size, color);
-  };
-  std::string script = data + labels;
-  script += title(22, 16, "#1d2733", result.setup.name);
-  script += title(50, 13, "#1d2733",
-                  fmt::format("{}: {} deg from the roughness of the outline; camera and threshold "
-                              "± {:.2g} deg",
-                              std::filesystem::path(heap.file).filename().string(),
-                              measured_text(heap.angle, heap.roughness), result.systematic));
-  script +=
-      title(74, 12, "#5b6673",
-            "purple: outline of the ice; red: fitted line; yellow: floor, ledge and fit window; "
-            "green crosses: corners");
+  std::string script = overlay.commands() + photo_captions(result, heap, canvas);
   script += fmt::format(
       "unset key\nunset border\nunset tics\nset lmargin at screen 0\nset rmargin at screen 1\n"
       "set bmargin at screen 0\nset tmargin at screen {:.6f}\n"
       "set xrange [-0.5:{}.5]\nset yrange [-0.5:{}.5]\nplot {} with rgbimage{}\n",
       height / canvas, width - 1, height - 1,
-      gnuplot.image("photo", width, height, reduced_rows(photo, factor, width, height)), curves);
+      gnuplot.image("photo", width, height, reduced_rows(photo, factor, width, height)),
+      overlay.curves());
   gnuplot.draw(script, file, width, static_cast<int>(canvas));
 }
 

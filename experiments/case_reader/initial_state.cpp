@@ -49,7 +49,9 @@ struct Earlier {
 // The last frame of a finished run, or the one nearest to the time asked for.
 std::size_t choose_frame(const TomlTable& t, const Earlier& earlier) {
   const std::vector<double> times = earlier.recording.frame_times();
-  if (times.empty()) t.fail("file", fmt::format("\"{}\" has no frames", earlier.file));
+  if (times.empty())
+    t.fail("file",
+           fmt::format("\"{}\" has no frames; expected a run with at least one", earlier.file));
   if (!t.has("time")) {
     const std::string status = earlier.recording.status();
     if (status != "finished")

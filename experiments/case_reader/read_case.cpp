@@ -204,32 +204,19 @@ void check_steps(const TomlTable& root, const Case& c) {
     if (c.fills[i].interval > 0) require_a_step(fills[i], "interval", c.fills[i].interval);
 }
 
-}  // namespace
-
-Case read_case_text(const std::string& text, const std::string& source,
-                    const std::string& directory, const std::vector<Override>& overrides,
-                    const MaterialRequest& materials, OldNames old_names) {
-  TomlDocument document(text, source, TomlFormat::case_file, old_names);
-  document.include(directory);
-  require_kind(document, "case");
-  document.apply(in_order_of_file(overrides, document.root()));
-  std::vector<AppliedMaterial> applied = apply_materials(document, materials);
-  const TomlTable root = TomlTable::root(document);
+void check_keys(const TomlTable& root) {
   root.allow({"case",       "material_records", "materials",  "interactions",      "shapes",
               "particles",  "motion_frames",    "boundaries", "boundary_contacts", "fills",
               "inlets",     "tag_rules",        "sensors",    "limit_switches",    "outlets",
               "stages",     "experiment",       "measure",    "numerics",          "output",
               "statistics", "initial_state",    "bonds",      "couplings"});
-  Case c;
-  c.source = source;
-  c.material_records = std::move(applied);
-  Model& model = c.model;
   root.require_at_most("materials", input_limits::materials);
   root.require_at_most("shapes", input_limits::shapes);
   root.require_at_most("interactions", input_limits::interactions);
-  read_case_table(root, c);
-  read_numerics(root, c);
-  read_output(root, c);
+}
+
+// Materials, shapes and the machine. Returns which laws of contact the case gives.
+InteractionTable read_model(const TomlTable& root, const std::string& directory, Model& model) {
   model.materials = read_materials(root);
   InteractionTable interactions = read_interactions(root, model.materials);
   model.interactions = std::move(interactions.laws);
@@ -239,6 +226,12 @@ Case read_case_text(const std::string& text, const std::string& source,
   model.boundaries = read_boundaries(root, model.materials, model.frames, directory);
   complete_free_bodies(root, model);
   model.boundary_contacts = read_boundary_contacts(root, model);
+  return interactions;
+}
+
+// Particles, their way through the machine, and what is measured of it.
+void read_process(const TomlTable& root, const std::string& directory, Case& c) {
+  Model& model = c.model;
   read_initial_state(root, directory, c);
   read_particles(root, c);
   c.fills = read_fills(root, model.shapes);
@@ -262,18 +255,45 @@ Case read_case_text(const std::string& text, const std::string& source,
         "the case has none; expected [[particles]], [[fills]], [[inlets]], [initial_state] or "
         "[experiment]");
   }
-  check_interactions(root, model, interactions.given);
-  read_bonds(root, c);
+}
+
+// The time step, and the checks that need the whole case.
+void complete_case(const TomlTable& root, Case& c) {
   if (c.automatic_timestep) {
     root.at("", [&] {
-      const TimestepAdvice advice = advise_timestep(model, c.steps_per_loading);
-      model.timestep = advice.timestep;
+      const TimestepAdvice advice = advise_timestep(c.model, c.steps_per_loading);
+      c.model.timestep = advice.timestep;
       c.timestep_reason = advice.reason;
     });
   }
   check_steps(root, c);
-  root.at("", [&] { validate(model); });
+  root.at("", [&] { validate(c.model); });
   check_timestep(root, c);
+}
+
+}  // namespace
+
+Case read_case_text(const std::string& text, const std::string& source,
+                    const std::string& directory, const std::vector<Override>& overrides,
+                    const MaterialRequest& materials, OldNames old_names) {
+  TomlDocument document(text, source, TomlFormat::case_file, old_names);
+  document.include(directory);
+  require_kind(document, "case");
+  document.apply(in_order_of_file(overrides, document.root()));
+  std::vector<AppliedMaterial> applied = apply_materials(document, materials);
+  const TomlTable root = TomlTable::root(document);
+  check_keys(root);
+  Case c;
+  c.source = source;
+  c.material_records = std::move(applied);
+  read_case_table(root, c);
+  read_numerics(root, c);
+  read_output(root, c);
+  const InteractionTable interactions = read_model(root, directory, c.model);
+  read_process(root, directory, c);
+  check_interactions(root, c.model, interactions.given);
+  read_bonds(root, c);
+  complete_case(root, c);
   c.resolved = document.text();
   c.identity = document.first_names_text();
   return c;

@@ -7,7 +7,7 @@
 #include "experiments/results/contact_statistics_results.h"
 #include "experiments/storage/vtk_file.h"
 #include "experiments/system/text_encoding.h"
-#include "experiments/text/csv_writer.h"
+#include "experiments/text/csv/csv_writer.h"
 
 namespace firn {
 namespace {

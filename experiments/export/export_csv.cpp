@@ -7,7 +7,7 @@
 #include "experiments/export/export.h"
 #include "experiments/results/bond_results.h"
 #include "experiments/system/text_encoding.h"
-#include "experiments/text/csv_writer.h"
+#include "experiments/text/csv/csv_writer.h"
 
 namespace firn {
 namespace {

@@ -257,65 +257,82 @@ TriangleMesh square_mesh(double reach) {
   return mesh;
 }
 
-}  // namespace
-
-void export_gltf(const Recording& recording, const std::string& file, int every) {
-  if (every < 1) throw InputError("every: is below 1; expected each how many frames");
-  const Case c = read_case(recording);
-  const std::vector<double> all_times = recording.frame_times();
-  if (all_times.empty())
+// The frames that are exported, and where all bodies are at each.
+struct Movement {
+  std::vector<double> times;                // s
+  std::vector<Path> particles, boundaries;  // [bodies]
+};
+Movement movement_of(const Recording& recording, const Model& model, std::size_t every) {
+  const std::vector<double> times = recording.frame_times();
+  if (times.empty())
     throw InputError(recording.file() + ": holds no frame; expected a run that has begun");
-  std::vector<std::size_t> frames;
-  std::vector<double> times;
-  for (std::size_t i = 0; i < all_times.size(); i += static_cast<std::size_t>(every)) {
-    frames.push_back(i);
-    times.push_back(all_times[i]);
-  }
-  std::vector<Path> particles(c.model.particles.size()), boundaries(c.model.boundaries.size());
-  for (const std::size_t i : frames) {
+  Movement all;
+  all.particles.resize(model.particles.size());
+  all.boundaries.resize(model.boundaries.size());
+  for (std::size_t i = 0; i < times.size(); i += every) {
+    all.times.push_back(times[i]);
     const Frame frame = recording.frame(i);
-    for (std::size_t p = 0; p < particles.size(); ++p) {
+    for (std::size_t p = 0; p < all.particles.size(); ++p) {
       const auto& q = frame.orientation[p];
-      particles[p].position.emplace_back(frame.position[p].data());
-      particles[p].orientation.emplace_back(q[0], q[1], q[2], q[3]);
+      all.particles[p].position.emplace_back(frame.position[p].data());
+      all.particles[p].orientation.emplace_back(q[0], q[1], q[2], q[3]);
     }
-    for (std::size_t b = 0; b < boundaries.size(); ++b) {
-      const BoundaryFrame state = recording.boundary(c.model.boundaries[b].name, i);
-      boundaries[b].position.push_back(state.position);
-      boundaries[b].orientation.push_back(state.orientation);
+    for (std::size_t b = 0; b < all.boundaries.size(); ++b) {
+      const BoundaryFrame state = recording.boundary(model.boundaries[b].name, i);
+      all.boundaries[b].position.push_back(state.position);
+      all.boundaries[b].orientation.push_back(state.orientation);
     }
   }
+  return all;
+}
 
-  GltfScene scene(times);
+// `plane`: half the edge of the square that stands for a plane, m.
+void add_boundary_bodies(GltfScene& scene, const Model& model, const std::vector<Path>& paths,
+                         double plane) {
   const int wall = scene.add_material("boundary", {0.55, 0.55, 0.58}, 0.35);
-  const double reach = drawn_plane_extent(recording, c.model, static_cast<std::size_t>(every));
-  for (std::size_t b = 0; b < boundaries.size(); ++b) {
-    const Boundary& boundary = c.model.boundaries[b];
-    const TriangleMesh mesh = boundary.mesh.triangles.empty() ? square_mesh(reach) : boundary.mesh;
+  for (std::size_t b = 0; b < paths.size(); ++b) {
+    const Boundary& boundary = model.boundaries[b];
+    const TriangleMesh mesh = boundary.mesh.triangles.empty() ? square_mesh(plane) : boundary.mesh;
     const int id = scene.add_mesh(boundary.name, scene.add_surface(mesh, Vec3::Zero()), wall);
-    scene.add_body(boundary.name, id, boundaries[b]);
+    scene.add_body(boundary.name, id, paths[b]);
   }
+}
+
+void add_particle_bodies(GltfScene& scene, const Model& model, const std::vector<Path>& paths) {
   std::vector<GltfScene::Surface> surfaces;
-  for (const Shape& shape : c.model.shapes)
+  for (const Shape& shape : model.shapes)
     surfaces.push_back(scene.add_surface(shape.mesh, shape.centroid));
   // One mesh for each shape and tag; tags take colors in their order.
   std::map<int, int> tag_material;
-  for (const Particle& particle : c.model.particles) tag_material[particle.tag] = 0;
+  for (const Particle& particle : model.particles) tag_material[particle.tag] = 0;
   std::size_t tags = 0;
   for (auto& [tag, material] : tag_material)
     material = scene.add_material(fmt::format("tag {}", tag), tag_color(tags++), 1);
   std::map<std::pair<int, int>, int> meshes;
-  for (std::size_t p = 0; p < particles.size(); ++p) {
-    const Particle& particle = c.model.particles[p];
+  for (std::size_t p = 0; p < paths.size(); ++p) {
+    const Particle& particle = model.particles[p];
     const auto shape = static_cast<std::size_t>(particle.shape);
     const auto [mesh, added] = meshes.try_emplace({particle.shape, particle.tag}, 0);
     if (added) {
       mesh->second =
-          scene.add_mesh(fmt::format("{}, tag {}", c.model.shapes[shape].name, particle.tag),
+          scene.add_mesh(fmt::format("{}, tag {}", model.shapes[shape].name, particle.tag),
                          surfaces[shape], tag_material.at(particle.tag));
     }
-    scene.add_body(fmt::format("particle {}", p), mesh->second, particles[p]);
+    scene.add_body(fmt::format("particle {}", p), mesh->second, paths[p]);
   }
+}
+
+}  // namespace
+
+void export_gltf(const Recording& recording, const std::string& file, int every) {
+  if (every < 1) throw InputError("every: is below 1; expected each how many frames");
+  const auto step = static_cast<std::size_t>(every);
+  const Case c = read_case(recording);
+  const Movement movement = movement_of(recording, c.model, step);
+  GltfScene scene(movement.times);
+  add_boundary_bodies(scene, c.model, movement.boundaries,
+                      drawn_plane_extent(recording, c.model, step));
+  add_particle_bodies(scene, c.model, movement.particles);
   write_file(file, scene.to_glb());
 }
 

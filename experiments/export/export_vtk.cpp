@@ -159,7 +159,9 @@ void export_vtk(const Recording& recording, const std::string& directory,
   const auto every = static_cast<std::size_t>(options.every);
   const Case c = read_case(recording);
   if (c.model.particles.size() != recording.particle_count())
-    throw InputError(recording.file() + ": its case has another number of particles");
+    throw InputError(
+        recording.file() +
+        ": its case has another number of particles; expected as many as the file has");
   const std::vector<double> times = recording.frame_times();
   const std::vector<double> peaks = recording.peak_normal_force();
   const std::vector<Body> bodies = particle_bodies(c.model, options.contact_parts);

@@ -254,7 +254,8 @@ TraceDifference compare_traces(const std::string& first, const std::string& seco
   for (; !a.done; a.next()) ++out.only_first;
   for (; !b.done; b.next()) ++out.only_second;
   if (out.steps_compared == 0)
-    throw InputError(fmt::format("{}: has no step in common with {}", second, first));
+    throw InputError(fmt::format(
+        "{}: has no step in common with {}; expected traces of the same steps", second, first));
   out.equal = true;
   return out;
 }

@@ -47,6 +47,61 @@ Ring square_ring(double width, double height, double wall) {
   return {rectangle(width, height), rectangle(width + 2 * wall, height + 2 * wall)};
 }
 
+Point2 point_at(double radius, double angle) {
+  return Point2(radius * std::cos(angle), radius * std::sin(angle));
+}
+
+// Half the angle of the flat on which a lifter stands; 0 without lifters.
+double lifter_flat(const Drum& d) {
+  if (d.lifters <= 0) return 0;
+  const double radius = d.diameter / 2, half = d.lifter_thickness / 2;
+  require(half < radius * std::sin(std::numbers::pi / d.lifters) && d.lifter_thickness < radius,
+          "lifter_thickness",
+          fmt::format("leaves no room between {} lifters; expected less", d.lifters));
+  const double flat = std::asin(half / radius);
+  require(std::hypot(radius * std::cos(flat) - d.lifter_height, half) > half &&
+              d.lifter_height < 0.9 * radius,
+          "lifter_height", "reaches the axis; expected less");
+  return flat;
+}
+
+// The wall of a drum, with a flat for each lifter between two corners of the circle, and `strips`
+// flats from one lifter to the next.
+struct DrumRing {
+  Ring ring;
+  int strips = 0;
+};
+DrumRing drum_ring(const Drum& d) {
+  const double radius = d.diameter / 2, flat = lifter_flat(d);
+  const int spans = std::max(d.lifters, 1);
+  const double span = 2 * std::numbers::pi / spans - 2 * flat;
+  DrumRing drum;
+  drum.strips =
+      std::max(1, static_cast<int>(std::ceil(kCircle * span / (2 * std::numbers::pi) - 1e-9)));
+  for (int k = 0; k < spans; ++k) {
+    for (int i = 0; i <= drum.strips; ++i) {
+      if (d.lifters == 0 && i == drum.strips) continue;
+      const double angle = 2 * std::numbers::pi * k / spans + flat + span * i / drum.strips;
+      drum.ring.inner.push_back(point_at(radius, angle));
+      drum.ring.outer.push_back(point_at(radius + d.wall, angle));
+    }
+  }
+  return drum;
+}
+
+void add_lifters(Section& section, const Drum& d, const DrumRing& drum) {
+  const int spans = std::max(d.lifters, 1);
+  const std::vector<Point2>& corners = drum.ring.inner;
+  for (int k = 0; k < d.lifters; ++k) {
+    const std::size_t first = k * (drum.strips + 1),
+                      before = (first + corners.size() - 1) % corners.size();
+    const double angle = 2 * std::numbers::pi * k / spans;
+    const Point2 inwards = -d.lifter_height * point_at(1, angle);
+    section.add(
+        {corners[before], corners[first], corners[first] + inwards, corners[before] + inwards});
+  }
+}
+
 }  // namespace
 
 Solid make_trough(const Trough& t) {
@@ -119,7 +174,6 @@ Solid make_container(const Container& c) {
 }
 
 Solid make_drum(const Drum& d) {
-  const double radius = d.diameter / 2, half = d.lifter_thickness / 2;
   for (const auto& [value, key] : {std::pair{d.diameter, "diameter"},
                                    {d.length, "length"},
                                    {d.wall, "wall"},
@@ -127,47 +181,12 @@ Solid make_drum(const Drum& d) {
                                    {d.lifter_thickness, "lifter_thickness"}}) {
     require_above_zero(value, key);
   }
-  // Each lifter stands on a separate flat between two corners of the circle.
-  std::vector<double> angles;
-  double flat = 0;
-  if (d.lifters > 0) {
-    require(half < radius * std::sin(std::numbers::pi / d.lifters) && d.lifter_thickness < radius,
-            "lifter_thickness",
-            fmt::format("leaves no room between {} lifters; expected less", d.lifters));
-    flat = std::asin(half / radius);
-    require(std::hypot(radius * std::cos(flat) - d.lifter_height, half) > half &&
-                d.lifter_height < 0.9 * radius,
-            "lifter_height", "reaches the axis; expected less");
-  }
-  const int spans = std::max(d.lifters, 1);
-  const double span = 2 * std::numbers::pi / spans - 2 * flat;
-  const int strips =
-      std::max(1, static_cast<int>(std::ceil(kCircle * span / (2 * std::numbers::pi) - 1e-9)));
-  for (int k = 0; k < spans; ++k) {
-    for (int i = 0; i <= strips; ++i) {
-      if (d.lifters == 0 && i == strips) continue;
-      angles.push_back(2 * std::numbers::pi * k / spans + flat + span * i / strips);
-    }
-  }
-  const auto at = [](double r, double angle) {
-    return Point2(r * std::cos(angle), r * std::sin(angle));
-  };
-  Ring ring;
-  for (const double angle : angles) {
-    ring.inner.push_back(at(radius, angle));
-    ring.outer.push_back(at(radius + d.wall, angle));
-  }
+  const DrumRing drum = drum_ring(d);
+  const Ring& ring = drum.ring;
   Section section;
   add_band(section, ring.inner, ring.outer);
   add_inside(section, ring.inner);
-  for (int k = 0; k < d.lifters; ++k) {
-    const std::size_t first = k * (strips + 1),
-                      before = (first + angles.size() - 1) % angles.size();
-    const double angle = 2 * std::numbers::pi * k / spans;
-    const Point2 inwards = -d.lifter_height * at(1, angle);
-    section.add({ring.inner[before], ring.inner[first], ring.inner[first] + inwards,
-                 ring.inner[before] + inwards});
-  }
+  add_lifters(section, d, drum);
   // Lifters end a little before the end walls, so that the end walls stay whole discs.
   const double gap = 1e-3 * d.length, end = d.length / 2;
   Filling filling(ring.inner.size(), std::vector<bool>(5, true));

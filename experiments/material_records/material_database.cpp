@@ -12,7 +12,7 @@
 #include "experiments/material_records/material_json.h"
 #include "experiments/storage/sqlite_file.h"
 #include "experiments/system/output_file.h"
-#include "experiments/text/toml_document.h"
+#include "experiments/text/suggestions.h"
 
 namespace firn {
 namespace {

@@ -127,7 +127,8 @@ void check_ensemble(const MaterialRecord& r) {
       refuse(field + ".parameter",
              fmt::format("\"{}\" is not a parameter of the record; expected one", axis.parameter));
     if (!names.insert(axis.parameter).second)
-      refuse(field + ".parameter", fmt::format("\"{}\" is there twice", axis.parameter));
+      refuse(field + ".parameter",
+             fmt::format("\"{}\" is there twice; expected each parameter once", axis.parameter));
     require_interval(field + ".bounds", axis.bounds);
     if (!(axis.bounds.low < axis.bounds.high))
       refuse(field + ".bounds", "are a point; expected a range");
@@ -278,7 +279,8 @@ void check(const MaterialRecord& r) {
     const std::string field = fmt::format("parameters.{}", i);
     check_parameter(field, r.parameters[i], r.materials, keys);
     if (!names.insert(r.parameters[i].name).second)
-      refuse(field + ".name", fmt::format("\"{}\" is taken already", r.parameters[i].name));
+      refuse(field + ".name",
+             fmt::format("\"{}\" is taken already; expected another name", r.parameters[i].name));
   }
   for (std::size_t i = 0; i < r.properties.size(); ++i)
     check_property(fmt::format("properties.{}", i), r.properties[i]);

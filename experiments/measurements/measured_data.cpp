@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "experiments/analysis/channel_filter.h"
-#include "experiments/text/csv_reader.h"
+#include "experiments/text/csv/csv_reader.h"
 
 namespace firn {
 namespace {
@@ -56,7 +56,9 @@ void read_classes(const TomlTable& t, MeasuredData& d) {
                                    rows[i].line, counts, d.counts.back()));
     sum += d.counts.back();
   }
-  if (!(sum > 0)) throw InputError(fmt::format("{}: {}: counts nothing", d.file, counts));
+  if (!(sum > 0))
+    throw InputError(fmt::format("{}:{}: {}: counts nothing; expected one thing at least", d.file,
+                                 rows.front().line, counts));
 }
 
 // The recorder's zero and sign.
@@ -159,7 +161,7 @@ void read_trace(const TomlTable& t, MeasuredData& d) {
 
 void read_curve(const TomlTable& t, MeasuredData& d) {
   const std::string x = t.string("x"), y = t.string("y"), repeat = t.string("repeat", "");
-  d.x_unit = t.string("x_unit");
+  d.x_unit = plain_unit(t.string("x_unit"));
   d.x_name = x;
   d.y_name = y;
   const Unit x_unit = t.at("x_unit", [&] { return parse_unit(d.x_unit); });
@@ -261,7 +263,7 @@ MeasuredData read_measured_data(const TomlTable& t, const std::string& directory
   belongs({"time", "threshold", "dead_time"}, kind == "trace");
   belongs({"cfc", "tare", "tare_over", "invert"}, kind == "trace" || kind == "curve");
   belongs({"x", "y", "x_unit", "repeat", "align"}, kind == "curve");
-  if (d.kind != MeasuredData::Kind::classes) d.unit = t.string("unit");
+  if (d.kind != MeasuredData::Kind::classes) d.unit = plain_unit(t.string("unit"));
   if (d.kind == MeasuredData::Kind::values) read_values(t, d);
   if (d.kind == MeasuredData::Kind::classes) read_classes(t, d);
   if (d.kind == MeasuredData::Kind::trace) read_trace(t, d);
@@ -277,7 +279,8 @@ MeasuredData read_measured_data(const TomlTable& t, const std::string& directory
   };
   if (!are_finite(d.values) || !are_finite(d.samples) ||
       !std::ranges::all_of(d.repeats, [&](const auto& repeat) { return are_finite(repeat.y); }))
-    throw InputError(fmt::format("{}: its values are too large to be filtered", d.file));
+    throw InputError(
+        fmt::format("{}: its values are too large to be filtered; expected smaller ones", d.file));
   return d;
 }
 

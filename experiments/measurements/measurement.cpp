@@ -15,13 +15,16 @@
 #include "experiments/text/number_text.h"
 #include "experiments/text/response_aliases.h"
 #include "experiments/text/toml_document.h"
+#include "experiments/text/toml_names.h"
 #include "experiments/text/units.h"
 
 namespace firn {
 namespace {
 
+constexpr const char* kQuantity = "a number and its unit, such as \"10 deg\"";
+
 UnitValue quantity(const TomlTable& t, std::string_view key) {
-  const std::string text = t.string(key);
+  const std::string& text = t.text(key, kQuantity);
   return t.at(key, [&] { return parse_unit_value(text); });
 }
 
@@ -55,7 +58,8 @@ void set_statistics(const std::vector<double>& values, Measurement& m) {
 
 // The list `values = ["10 deg", "11 deg"]`.
 void read_value_list(const TomlTable& t, Measurement& m) {
-  for (const std::string& text : t.strings("values")) {
+  for (const std::string& text :
+       t.strings("values", "quantities, such as [\"9 deg\", \"11 deg\"]")) {
     const UnitValue q = t.at("values", [&] { return parse_unit_value(text); });
     if (m.values.empty()) m.unit = q.unit;
     if (q.unit != m.unit) {
@@ -69,7 +73,7 @@ void read_value_list(const TomlTable& t, Measurement& m) {
 // The column `values = { file = "angles.csv", column = "angle", unit = "deg" }`.
 void read_value_column(const TomlTable& t, const std::string& directory, Measurement& m) {
   t.allow({"file", "column", "unit"});
-  m.unit = t.string("unit");
+  m.unit = plain_unit(t.string("unit"));
   const Unit unit = m.unit == "1" ? Unit{} : t.at("unit", [&] { return parse_unit(m.unit); });
   const auto file = (std::filesystem::path(directory) / t.string("file")).lexically_normal();
   m.values = read_csv_values(file.string(), t.string("column"), unit);
@@ -82,8 +86,13 @@ void read_measured_values(const TomlTable& t, const std::string& directory, Meas
   }
   if (t.is_list("values"))
     read_value_list(t, m);
-  else
+  else if (t.is_table("values"))
     read_value_column(t.required_table("values"), directory, m);
+  else
+    t.fail("values",
+           fmt::format("is {}; expected a list such as [\"9 deg\", \"11 deg\"], or {{ file, "
+                       "column, unit }}",
+                       t.value_text("values")));
   if (m.values.size() < 2) t.fail("values", "has fewer than two entries; expected at least two");
   m.scatter = ScatterKind::values;
   set_statistics(m.values, m);
@@ -166,6 +175,55 @@ MeasurementStatus read_status(const TomlTable& t) {
   return MeasurementStatus::qualitative;
 }
 
+// The table [data].
+void read_recording(const TomlTable& t, const std::string& directory, Measurement& m) {
+  if (t.has("data")) {
+    if (m.status != MeasurementStatus::qualitative)
+      t.fail("data",
+             "go with the status \"recorded\" or \"qualitative\"; expected values in `values`");
+    m.data = read_measured_data(t.required_table("data"), directory);
+  }
+  if (m.recorded && !m.data)
+    t.fail("data", "is missing; expected a table [data] with the file of what was recorded");
+}
+
+// What was observed or recorded, in words.
+void read_statement(const TomlTable& t, Measurement& m) {
+  if (m.recorded && !m.data->present)
+    t.fail("data", fmt::format("{} does not exist; expected what was recorded", m.data->file));
+  for (const char* key : {"value", "values", "repeats", "scatter", "systematic"}) {
+    if (t.has(key)) {
+      t.fail(key, fmt::format("does not go with the status \"{}\"; expected {}", t.string("status"),
+                              m.recorded ? "[data]" : "a statement only"));
+    }
+  }
+  m.statement =
+      m.recorded
+          ? t.string("statement",
+                     "recorded in " + std::filesystem::path(m.data->file).filename().string())
+          : t.string("statement");
+}
+
+// A number with its scatter, or the repeats that it is the mean of.
+void read_value(const TomlTable& t, const std::string& directory, Measurement& m) {
+  if (!m.criteria.empty()) {
+    t.fail("criteria", "go with the status \"qualitative\" only; expected a value");
+  }
+  if (t.has("statement")) {
+    t.fail("statement", "goes with the status \"qualitative\" only; expected a value");
+  }
+  if (t.has("values")) {
+    read_measured_values(t, directory, m);
+  } else {
+    const UnitValue value = quantity(t, "value");
+    m.value = value.value;
+    m.unit = value.unit;
+    m.repeats = t.integer("repeats", 1);
+    read_scatter(t.required_table("scatter"), m);
+  }
+  if (t.has("systematic")) read_reading(t.table("systematic"), m);
+}
+
 }  // namespace
 
 UnitValue parse_unit_value(const std::string& text) {
@@ -173,14 +231,11 @@ UnitValue parse_unit_value(const std::string& text) {
   const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), q.value);
   const bool usable = std::abs(q.value) <= usable_range(dimension::none).largest;
   if (error != std::errc() || !usable) {
-    throw InputError(
-        fmt::format("\"{}\" is not a quantity; expected a number and its unit, such as "
-                    "\"10 deg\"",
-                    text));
+    throw InputError(fmt::format("\"{}\" is not a quantity; expected {}", text, kQuantity));
   }
   const std::string unit(rest, text.data() + text.size());
   const auto first = unit.find_first_not_of(' ');
-  q.unit = first == std::string::npos ? "1" : unit.substr(first);
+  q.unit = first == std::string::npos ? "1" : plain_unit(unit.substr(first));
   if (q.unit != "1") parse_unit(q.unit);
   return q;
 }
@@ -231,6 +286,7 @@ std::string Measurement::sentence() const {
 
 Measurement read_measurement_text(const std::string& text, const std::string& source) {
   TomlDocument document(text, source, TomlFormat::measurement);
+  refuse_other_kinds(document, "a measurement file");
   const TomlTable t = TomlTable::root(document);
   t.allow({"name", "response", "value", "values", "repeats", "status", "statement", "source",
            "experiment", "origin", "apparatus", "notes", "scatter", "systematic", "criteria",
@@ -241,15 +297,8 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
   m.name = t.string("name");
   m.status = read_status(t);
   m.criteria = read_criteria(t);
-  if (t.has("data")) {
-    if (m.status != MeasurementStatus::qualitative)
-      t.fail("data",
-             "go with the status \"recorded\" or \"qualitative\"; expected values in `values`");
-    m.data = read_measured_data(t.required_table("data"), directory);
-  }
-  const bool recorded = m.recorded = t.string("status") == "recorded";
-  if (recorded && !m.data)
-    t.fail("data", "is missing; expected a table [data] with the file of what was recorded");
+  m.recorded = t.string("status") == "recorded";
+  read_recording(t, directory, m);
   m.response = m.data || !m.criteria.empty() ? t.string("response", m.data ? m.data->response : "")
                                              : t.string("response");
   m.source = t.string("source");
@@ -257,38 +306,10 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
   m.simulated = t.choice("origin", {"experiment", "simulation"}, "experiment") == "simulation";
   m.apparatus = t.string("apparatus", "");
   m.notes = t.string("notes", "");
-  if (m.status == MeasurementStatus::qualitative) {
-    if (recorded && !m.data->present)
-      t.fail("data", fmt::format("{} does not exist; expected what was recorded", m.data->file));
-    for (const char* key : {"value", "values", "repeats", "scatter", "systematic"}) {
-      if (t.has(key)) {
-        t.fail(key, fmt::format("does not go with the status \"{}\"; expected {}",
-                                t.string("status"), recorded ? "[data]" : "a statement only"));
-      }
-    }
-    m.statement =
-        recorded
-            ? t.string("statement",
-                       "recorded in " + std::filesystem::path(m.data->file).filename().string())
-            : t.string("statement");
-    return m;
-  }
-  if (!m.criteria.empty()) {
-    t.fail("criteria", "go with the status \"qualitative\" only; expected a value");
-  }
-  if (t.has("statement")) {
-    t.fail("statement", "goes with the status \"qualitative\" only; expected a value");
-  }
-  if (t.has("values")) {
-    read_measured_values(t, directory, m);
-  } else {
-    const UnitValue value = quantity(t, "value");
-    m.value = value.value;
-    m.unit = value.unit;
-    m.repeats = t.integer("repeats", 1);
-    read_scatter(t.required_table("scatter"), m);
-  }
-  if (t.has("systematic")) read_reading(t.table("systematic"), m);
+  if (m.status == MeasurementStatus::qualitative)
+    read_statement(t, m);
+  else
+    read_value(t, directory, m);
   return m;
 }
 

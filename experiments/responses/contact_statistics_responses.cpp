@@ -46,14 +46,15 @@ void add_opposed(const Recording& recording, std::vector<Response>& out) {
       "largest load from two sides on any particle over every step");
   std::ranges::sort(loads);
   add(out, "compressive_load_median", loads[(loads.size() - 1) / 2], "N",
-      "median over the particles that came of the largest load from two sides on each");
-  out.push_back({"compressive_loads",
-                 loads,
-                 {},
-                 "N",
-                 "largest load from two sides over every step, one value a particle that came, "
-                 "ascending",
-                 1});
+      "median over the inserted particles of the largest load from two sides on each");
+  out.push_back(
+      {"compressive_loads",
+       loads,
+       {},
+       "N",
+       "largest load from two sides over every step, one value for each inserted particle, "
+       "ascending",
+       1});
 }
 
 void add_triangles(const Recording& recording, std::vector<Response>& out) {

@@ -179,11 +179,11 @@ void add_sensor(const Recording& recording, const Sensor& sensor, const std::vec
   const std::string name = sensor.name + "_";
   out.add(name + "count", {static_cast<double>(times.size())}, "1",
           "particles whose center has passed the sensor");
-  out.add(name + "mass", {total}, "kg", "their mass");
+  out.add(name + "mass", {total}, "kg", "mass of the particles whose center has passed the sensor");
   if (!times.empty()) {
     const auto [first, last] = std::ranges::minmax(times);
-    out.add(name + "first_time", {first}, "s", "first passage");
-    out.add(name + "last_time", {last}, "s", "last passage");
+    out.add(name + "first_time", {first}, "s", "time of the first passage");
+    out.add(name + "last_time", {last}, "s", "time of the last passage");
     double sum = 0;
     for (double r : residence) sum += std::isnan(r) ? 0 : r;
     out.add(name + "residence_time", {sum / static_cast<double>(times.size())}, "s",
@@ -196,9 +196,9 @@ void add_sensor(const Recording& recording, const Sensor& sensor, const std::vec
   out.add(name + "residence_time_by_batch", by_batch.mean, "s", rows);
   out.add(name + "count_by_tag", by_tag.count, "1", rows);
   add_columns(rules, tags, through, name, out);
-  out.add(
-      name + "residence_times", residence, "s",
-      "from insertion to the sensor, one value a particle that came; undefined: not passed yet");
+  out.add(name + "residence_times", residence, "s",
+          "from insertion to the sensor, one value for each inserted particle; undefined: not "
+          "passed yet");
   if (const std::vector<double> censored = censored_times(recording, passed); !censored.empty())
     out.add(name + "censored_times", censored, "s",
             "of those that have not passed: from insertion to the end of the run, or until they "
@@ -209,7 +209,7 @@ void add_sensor(const Recording& recording, const Sensor& sensor, const std::vec
   out.add(
       name + "first_half_similarity", {half.similarity}, "1",
       "1 less the share of the first half through that would have to be exchanged to be made up "
-      "by batch as all that came");
+      "by batch as all inserted particles");
   out.add(name + "first_half_similarity_at_random", {half.at_random}, "1",
           "its expectation for as many particles drawn at random");
   if (half.at_random > half.by_age)
@@ -228,9 +228,9 @@ void add_loads(const Recording& recording, const std::vector<double>& inserted, 
   for (std::size_t i = 0; i < mass.size(); ++i) total += std::isnan(inserted[i]) ? 0 : mass[i];
   if (!of_those_that_came.empty())
     out.add("mean_particle_mass", {total / static_cast<double>(of_those_that_came.size())}, "kg",
-            "of the particles that came");
+            "mean over all inserted particles");
   out.add("peak_normal_forces", of_those_that_came, "N",
-          "largest contact normal force over every step, one value a particle that came");
+          "largest contact normal force over every step, one value for each inserted particle");
 }
 
 void add_frame(const Recording& recording, const MotionFrame& frame, Out& out) {
@@ -280,7 +280,7 @@ std::vector<Response> process_responses(const Recording& recording, const Case& 
   for (const StageRecord& stage : recording.stages()) {
     if (!std::isfinite(stage.end)) continue;
     const double duration = stage.end - stage.start;
-    out.add("duration_" + stage.name, {duration}, "s", "of the stage");
+    out.add("duration_" + stage.name, {duration}, "s", "duration of the stage");
     const auto is_any = [&](const auto& has_property) {
       return std::ranges::any_of(
           c.stages, [&](const Stage& s) { return s.name == stage.name && has_property(s); });
@@ -306,9 +306,9 @@ std::vector<Response> process_responses(const Recording& recording, const Case& 
       ++batches;
       released += has_left(s, coming, last, c.model) ? 1 : 0;
     }
-    out.add(s.name + "_batches", {batches}, "1", "that came");
+    out.add(s.name + "_batches", {batches}, "1", "batches that the inlet has inserted");
     out.add(s.name + "_batches_released", {released}, "1",
-            "of them, of which no particle is in its place any more at the end");
+            "inserted batches of which no particle is in its place any more at the end");
   }
   add_loads(recording, inserted, out);
   for (const Sensor& sensor : c.sensors) add_sensor(recording, sensor, c.tag_rules, out);

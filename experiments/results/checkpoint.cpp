@@ -8,6 +8,8 @@
 #include <cstring>
 #include <string_view>
 
+#include "firn/word_hash.h"
+
 namespace firn {
 namespace {
 
@@ -23,21 +25,9 @@ struct Header {
   std::uint64_t size = 0;  // bytes of the payload
 };
 
-// FNV-1a over 8-byte words; the last one is padded with zeros (the size is hashed as well).
 std::uint64_t hash_of(const Header& header, std::span<const std::byte> payload) {
-  std::uint64_t hash = 0xcbf29ce484222325u;
-  const auto mix = [&hash](std::uint64_t word) {
-    hash = (hash ^ word) * 0x100000001b3u;
-    hash ^= hash >> 29;  // lets high bits of a word reach the low ones of the hash
-  };
-  mix(header.sequence);
-  mix(header.size);
-  for (std::size_t i = 0; i < payload.size(); i += sizeof(std::uint64_t)) {
-    std::uint64_t word = 0;
-    std::memcpy(&word, payload.data() + i, std::min(sizeof(word), payload.size() - i));
-    mix(word);
-  }
-  return hash;
+  const std::uint64_t start = hash_word(hash_word(kWordHashStart, header.sequence), header.size);
+  return hash_words(start, payload.data(), payload.size());
 }
 
 std::optional<Checkpoint> read_slot(const hdf5::File& file, const std::string& slot) {

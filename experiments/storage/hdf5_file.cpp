@@ -11,6 +11,7 @@
 #include "experiments/storage/hdf5_chunks.h"
 #include "experiments/storage/hdf5_library.h"
 #include "experiments/storage/hdf5_objects.h"
+#include "experiments/storage/hdf5_values.h"
 
 #ifndef H5_HAVE_THREADSAFE
 #error "Firn writes results from a background thread and needs a thread-safe build of HDF5"
@@ -18,32 +19,6 @@
 
 namespace firn::hdf5 {
 namespace {
-
-// A damaged header may promise more elements than the file could hold; nothing is allocated for it.
-// `element` bytes each in the file; `packed`: what is stored may be compressed.
-void check_believable(hid_t file, const Shape& shape, std::size_t element, bool packed,
-                      const std::string& path) {
-  hsize_t bytes = 0;
-  check(H5Fget_filesize(file, &bytes), "read the file's size");
-  double claimed = static_cast<double>(element);
-  for (std::size_t n : shape) claimed *= static_cast<double>(n);
-  if (claimed > (packed ? kLargestCompression : 1) * static_cast<double>(bytes))
-    throw Error(fmt::format("{} claims more values than the file can hold", path));
-}
-
-void check_believable(hid_t file, const Handle& dataset, const std::string& path) {
-  const Handle type = own(H5Dget_type(dataset.id()), "read the type of " + path);
-  const Handle layout = own(H5Dget_create_plist(dataset.id()), "read the layout of " + path);
-  const bool packed = check(H5Pget_nfilters(layout.id()), "read the layout of " + path) > 0;
-  check_believable(file, shape_of(dataset.id()), H5Tget_size(type.id()), packed, path);
-}
-
-Handle string_type() {
-  Handle type = own(H5Tcopy(H5T_C_S1), "make a string type");
-  check(H5Tset_size(type.id(), H5T_VARIABLE), "make a string type");
-  check(H5Tset_cset(type.id(), H5T_CSET_UTF8), "make a string type");
-  return type;
-}
 
 Handle link_with_groups() {
   Handle list = own(H5Pcreate(H5P_LINK_CREATE), "make a property list");
@@ -93,49 +68,6 @@ Handle table_layout(const Shape& row) {
   const double missing = std::numeric_limits<double>::quiet_NaN();
   check(H5Pset_fill_value(list.id(), H5T_NATIVE_DOUBLE, &missing), "set the fill value");
   return list;
-}
-
-// Selects rows [first, first + count) of a dataset.
-Handle select_rows(hid_t dataset, std::size_t first, std::size_t count) {
-  Handle space = own(H5Dget_space(dataset), "read a shape");
-  const Shape shape = shape_of_space(space.id());
-  std::vector<hsize_t> start(shape.size(), 0), size(shape.begin(), shape.end());
-  start[0] = first;
-  size[0] = count;
-  check(
-      H5Sselect_hyperslab(space.id(), H5S_SELECT_SET, start.data(), nullptr, size.data(), nullptr),
-      "select rows");
-  return space;
-}
-
-void read_text(hid_t type, hid_t space, const std::vector<char*>& text,
-               std::vector<std::string>& values) {
-  for (const char* s : text) values.emplace_back(s ? s : "");
-  H5Dvlen_reclaim(type, space, H5P_DEFAULT, const_cast<char**>(text.data()));
-}
-
-void check_string_class(hid_t type, const std::string& what) {
-  if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) <= 0)
-    throw Error(what + " is not text");
-}
-
-Handle open_attribute(hid_t file, const std::string& path, const std::string& name) {
-  silence();
-  return own(H5Aopen_by_name(file, path.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT),
-             fmt::format("open the attribute {} of {}", name, path));
-}
-
-void put_attribute(hid_t file, const std::string& path, const std::string& name, hid_t type,
-                   const Shape& shape, const void* value) {
-  silence();
-  const std::string what = fmt::format("write the attribute {} of {}", name, path);
-  const Handle object = own(H5Oopen(file, path.c_str(), H5P_DEFAULT), what);
-  if (check(H5Aexists(object.id(), name.c_str()), what) > 0)
-    check(H5Adelete(object.id(), name.c_str()), what);
-  const Handle space = dataspace(shape);
-  const Handle attribute =
-      own(H5Acreate2(object.id(), name.c_str(), type, space.id(), H5P_DEFAULT, H5P_DEFAULT), what);
-  check(H5Awrite(attribute.id(), type, value), what);
 }
 
 herr_t collect_dataset(hid_t, const char* name, const H5O_info_t* info, void* names) {
@@ -498,80 +430,6 @@ Table File::open_table(const std::string& path) {
   const std::size_t rows = shape[0];
   shape.erase(shape.begin());
   return Table(std::move(dataset), rows, product(shape));
-}
-
-bool File::has_attribute(const std::string& path, const std::string& name) const {
-  silence();
-  return H5Aexists_by_name(file_.id(), stored(path).c_str(), stored(path, name).c_str(),
-                           H5P_DEFAULT) > 0;
-}
-
-Attribute File::attribute(const std::string& path, const std::string& name) const {
-  const Handle opened = open_attribute(file_.id(), stored(path), stored(path, name));
-  const Handle type = own(H5Aget_type(opened.id()), "read the type of " + name);
-  const Handle space = own(H5Aget_space(opened.id()), "read a shape");
-  Attribute found;
-  found.type = type_of(type.id());
-  found.has_space = has_extent(space.id());
-  if (found.has_space) found.shape = shape_of_space(space.id());
-  return found;
-}
-
-void File::set_attribute(const std::string& path, const std::string& name,
-                         const std::string& value) {
-  silence();
-  const Handle type = string_type();
-  const char* text = value.c_str();
-  put_attribute(file_.id(), stored(path), stored(path, name), type.id(), {}, &text);
-}
-
-void File::set_attribute(const std::string& path, const std::string& name, double value) {
-  put_attribute(file_.id(), stored(path), stored(path, name), H5T_NATIVE_DOUBLE, {}, &value);
-}
-
-void File::set_attribute(const std::string& path, const std::string& name, std::uint64_t value) {
-  put_attribute(file_.id(), stored(path), stored(path, name), H5T_NATIVE_UINT64, {}, &value);
-}
-
-void File::set_attribute(const std::string& path, const std::string& name,
-                         const std::vector<double>& values) {
-  put_attribute(file_.id(), stored(path), stored(path, name), H5T_NATIVE_DOUBLE, {values.size()},
-                values.data());
-}
-
-std::string File::text_attribute(const std::string& path, const std::string& name) const {
-  const Handle attribute = open_attribute(file_.id(), stored(path), stored(path, name));
-  const Handle stored = own(H5Aget_type(attribute.id()), "read the type of " + name);
-  check_string_class(stored.id(), "the attribute " + name);
-  const Handle space = own(H5Aget_space(attribute.id()), "read a shape");
-  if (!shape_of_space(space.id()).empty()) throw Error("the attribute " + name + " is a list");
-  std::vector<char*> text(1);
-  check(H5Aread(attribute.id(), stored.id(), text.data()), "read the attribute " + name);
-  std::vector<std::string> values;
-  read_text(stored.id(), space.id(), text, values);
-  // A case is checked by its reader, which names the key.
-  if (name != "case") check_printable(values.front(), "the attribute " + name);
-  return values.front();
-}
-
-std::vector<double> File::number_attribute(const std::string& path, const std::string& name) const {
-  const Handle attribute = open_attribute(file_.id(), stored(path), stored(path, name));
-  const Handle space = own(H5Aget_space(attribute.id()), "read a shape");
-  const Shape shape = shape_of_space(space.id());
-  check_believable(file_.id(), shape, 1, false, name);
-  std::vector<double> values(product(shape));
-  if (!values.empty())
-    check(H5Aread(attribute.id(), H5T_NATIVE_DOUBLE, values.data()), "read the attribute " + name);
-  return values;
-}
-
-std::uint64_t File::integer_attribute(const std::string& path, const std::string& name) const {
-  const Handle attribute = open_attribute(file_.id(), stored(path), stored(path, name));
-  const Handle space = own(H5Aget_space(attribute.id()), "read a shape");
-  if (!shape_of_space(space.id()).empty()) throw Error("the attribute " + name + " is a list");
-  std::uint64_t value = 0;
-  check(H5Aread(attribute.id(), H5T_NATIVE_UINT64, &value), "read the attribute " + name);
-  return value;
 }
 
 template std::vector<double> File::read(const std::string&) const;

@@ -8,7 +8,7 @@
 #include "experiments/system/input_file.h"
 #include "experiments/text/json_aliases.h"
 #include "experiments/text/json_parser.h"
-#include "experiments/text/toml_document.h"
+#include "experiments/text/suggestions.h"
 
 namespace firn {
 namespace {

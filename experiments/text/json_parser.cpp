@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstddef>
+#include <iterator>
 #include <set>
 #include <vector>
 
@@ -26,18 +28,48 @@ struct Refused {
   std::string what;
 };
 
+// A position in the text that records how far the parser has read.
+class ReadPosition {
+ public:
+  using iterator_category = std::forward_iterator_tag;
+  using value_type = char;
+  using difference_type = std::ptrdiff_t;
+  using pointer = const char*;
+  using reference = const char&;
+
+  ReadPosition() = default;
+  ReadPosition(const char* at, const char** read) : at_(at), read_(read) {}
+  reference operator*() const { return *at_; }
+  ReadPosition& operator++() {
+    *read_ = at_++;
+    return *this;
+  }
+  ReadPosition operator++(int) {
+    const ReadPosition before = *this;
+    ++*this;
+    return before;
+  }
+  friend bool operator==(const ReadPosition& a, const ReadPosition& b) { return a.at_ == b.at_; }
+
+ private:
+  const char* at_ = nullptr;
+  const char** read_ = nullptr;  // the last character that was read
+};
+
 }  // namespace
 
 Json parse_json(std::string_view text, const std::string& source) {
   using Event = Json::parse_event_t;
   std::vector<std::set<std::string>> keys;  // of the objects that are open
   std::string key;                          // read last
-  const auto check_text = [&](const std::string& text, bool one_line) {
+  const char* read = text.data();
+  const auto line = [&] { return line_at(text, static_cast<std::size_t>(read - text.data())); };
+  const auto check_text = [&](const std::string& value, bool one_line) {
     const std::string found =
-        one_line ? encode::first_unprintable(text) : encode::first_control(text);
+        one_line ? encode::first_unprintable(value) : encode::first_control(value);
     if (!found.empty())
-      throw InputError(fmt::format("{}: {}: has the character {}; expected printable text", source,
-                                   encode::terminal(key), found));
+      throw InputError(fmt::format("{}:{}: {}: has the character {}; expected printable text",
+                                   source, line(), encode::terminal(key), found));
   };
   const auto watch = [&](int depth, Event event, Json& parsed) {
     if (depth > input_limits::json_depth)
@@ -60,15 +92,17 @@ Json parse_json(std::string_view text, const std::string& source) {
     return true;
   };
   try {
-    return Json::parse(text, watch);
-  } catch (const Json::parse_error& e) {
+    return Json::parse(ReadPosition(text.data(), &read),
+                       ReadPosition(text.data() + text.size(), &read), watch);
+  } catch (const Json::parse_error&) {
     throw InputError(fmt::format("{}:{}: JSON: no JSON from here on; expected valid JSON in UTF-8",
-                                 source, line_at(text, e.byte)));
+                                 source, line()));
   } catch (const Json::exception&) {  // a number beyond all doubles
-    throw InputError(fmt::format(
-        "{}:1: JSON: a number exceeds the range of a double; expected finite numbers", source));
+    throw InputError(
+        fmt::format("{}:{}: JSON: a number exceeds the range of a double; expected finite numbers",
+                    source, line()));
   } catch (const Refused& refused) {
-    throw InputError(fmt::format("{}:1: JSON: {}", source, refused.what));
+    throw InputError(fmt::format("{}:{}: JSON: {}", source, line(), refused.what));
   }
 }
 

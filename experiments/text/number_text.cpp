@@ -7,6 +7,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "experiments/text/units.h"
+
 namespace firn {
 namespace {
 
@@ -59,6 +61,10 @@ std::string number_text(double value, int digits) {
   return text;
 }
 
+double resolved(double value, const std::string& unit) {
+  return std::abs(value) < resolution(unit) ? 0 : value;
+}
+
 std::string measured_text(double value, double standard_deviation) {
   if (!(standard_deviation > 0) || !std::isfinite(standard_deviation) || !std::isfinite(value))
     return number_text(value);
@@ -82,21 +88,29 @@ std::string measured_text(double value, double standard_deviation) {
 }
 
 std::string measured_text(double value, double standard_deviation, const std::string& unit) {
-  return measured_text(value, standard_deviation) + unit_suffix(unit);
+  return measured_text(resolved(value, unit), resolved(standard_deviation, unit)) +
+         unit_suffix(unit);
+}
+
+double without_rounding_error(double value, double scale) {
+  constexpr double kNegligible = 1e-6;
+  return std::abs(value) < kNegligible * std::abs(scale) ? 0 : value;
 }
 
 std::string range_text(double low, double high, int digits) {
   return fmt::format("{} to {}", number_text(low, digits), number_text(high, digits));
 }
 
-std::string unit_text(const std::string& unit) { return unit == "1" ? "" : unit; }
+std::string unit_text(const std::string& unit) { return unit == "1" ? "" : plain_unit(unit); }
 
 std::string unit_suffix(const std::string& unit) {
-  return unit_text(unit).empty() ? "" : " " + unit;
+  const std::string text = unit_text(unit);
+  return text.empty() ? "" : " " + text;
 }
 
 std::string axis_label(const std::string& name, const std::string& unit) {
-  return name + (unit_text(unit).empty() ? "" : " / " + unit);
+  const std::string text = unit_text(unit);
+  return name + (text.empty() ? "" : " / " + text);
 }
 
 std::string words(std::string key) {

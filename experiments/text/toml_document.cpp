@@ -200,6 +200,26 @@ void lead_files(toml::node& node, const std::filesystem::path& directory) {
   }
 }
 
+// Whether the node at a path is there and has no place in a file, as what an override made.
+bool has_no_line(const toml::table& root, const std::string& path) {
+  const toml::node* node = &root;
+  for (std::size_t from = 0; node != nullptr && from < path.size();) {
+    const std::size_t end = std::min(path.find('.', from), path.size());
+    const std::string key = path.substr(from, end - from);
+    if (const toml::table* table = node->as_table()) {
+      node = table->get(key);
+    } else if (const toml::array* array = node->as_array()) {
+      std::size_t index = array->size();
+      std::from_chars(key.data(), key.data() + key.size(), index);
+      node = array->get(index);
+    } else {
+      node = nullptr;
+    }
+    from = end + 1;
+  }
+  return node != nullptr && line_of(*node) == 0;
+}
+
 std::string text_of(const toml::table& table) {
   std::ostringstream out;
   out << toml::toml_formatter(table, toml::toml_formatter::default_flags &
@@ -370,7 +390,8 @@ void TomlDocument::fail(const std::string& path, unsigned line, const std::strin
   const std::string table = path.substr(0, path.rfind('.'));
   for (const auto& [set_path, label] : set_by_) {
     const bool made =
-        line == 0 && (set_path.starts_with(path + ".") || set_path.starts_with(table + "."));
+        (line == 0 && (set_path.starts_with(path + ".") || set_path.starts_with(table + "."))) ||
+        (set_path.starts_with(path + ".") && has_no_line(root_, path));
     if (made || path == set_path || path.starts_with(set_path + ".")) place = label;
   }
   throw InputError(fmt::format("{}: {}: {}", place, path.empty() ? "case" : named(path), message));

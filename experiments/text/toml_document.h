@@ -97,10 +97,13 @@ class TomlTable {
 
   bool has(std::string_view key) const;
   bool is_list(std::string_view key) const;
+  bool is_table(std::string_view key) const;
   std::vector<std::string> keys() const;  // sorted
   const std::string& path() const { return path_; }
   TomlDocument& document() const { return *document_; }
 
+  // A required string. `wanted` describes it in messages: "a number and its unit".
+  const std::string& text(std::string_view key, const std::string& wanted) const;
   std::string string(std::string_view key) const;
   std::string string(std::string_view key, const std::string& fallback) const;
   bool boolean(std::string_view key, bool fallback) const;
@@ -133,7 +136,9 @@ class TomlTable {
   std::vector<std::array<int, 2>> integer_pairs(std::string_view key) const;
   Vec3 direction(std::string_view key) const;    // [x, y, z], scaled to unit length
   Quat orientation(std::string_view key) const;  // [w, x, y, z], unit; identity when missing
-  std::vector<std::string> strings(std::string_view key) const;  // empty when missing
+  // Empty when missing. `wanted` describes the list in messages.
+  std::vector<std::string> strings(std::string_view key,
+                                   const std::string& wanted = "an array of strings") const;
   // Any value as TOML text in the form that TomlDocument::apply() accepts.
   std::string value_text(std::string_view key) const;
   std::vector<std::string> value_texts(
@@ -143,7 +148,8 @@ class TomlTable {
   TomlTable required_table(std::string_view key) const;
   std::vector<TomlTable> tables(std::string_view key) const;  // array of tables; empty when missing
 
-  std::string place() const;  // "FILE:LINE: KEY" of the table, prefix of messages
+  // "FILE:LINE: KEY" of this key, or of the table without one: prefix of messages.
+  std::string place(std::string_view key = {}) const;
   // Throws InputError for this key; empty: for the table.
   [[noreturn]] void fail(std::string_view key, const std::string& message) const;
   // Returns make(). Adds file, line and key to an InputError that it throws.
@@ -163,9 +169,9 @@ class TomlTable {
 
  private:
   std::string path_of(std::string_view key) const;
+  unsigned line_of_key(std::string_view key) const;  // that of the table where the key is missing
   const toml::node& require(std::string_view key) const;
   std::vector<double> numbers(std::string_view key, std::size_t count, const char* wanted) const;
-  const std::string& text(std::string_view key, const std::string& wanted) const;
   void check_sign(std::string_view key, double value, const Dimension& dimension, Sign sign) const;
 
   TomlDocument* document_;
@@ -173,15 +179,5 @@ class TomlTable {
   std::string path_;
   unsigned line_;
 };
-
-// The candidate that the user most likely meant: one that means the same as a word of other
-// programs, else one within a small edit distance, else one with a common part between underscores
-// ("friction": "static_friction"). The first one of equal candidates.
-std::optional<std::string_view> nearest(std::string_view word,
-                                        const std::vector<std::string_view>& candidates);
-
-// The end of a message about an unknown word: `the nearest known one is "size"`; without a similar
-// one `expected one of a, b, c`.
-std::string suggestion(std::string_view word, const std::vector<std::string_view>& candidates);
 
 }  // namespace firn

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "experiments/text/response_aliases.h"
+#include "experiments/text/suggestions.h"
 #include "experiments/text/toml_messages.h"
 
 namespace firn {
@@ -20,24 +21,37 @@ int index_of(const TomlTable& table, std::string_view key, const std::string& na
   table.fail(key, fmt::format("unknown {} \"{}\"; {}", what, name, suggestion(name, names)));
 }
 
-void require_kind(TomlDocument& document, std::string_view table) {
-  struct Kind {
-    std::string_view table, file, command;
-  };
-  static constexpr Kind kKinds[] = {{"case", "a case file", "run"},
-                                    {"study", "a study file", "calibrate"},
-                                    {"suite", "a suite file", "validate"},
-                                    {"sweep", "a sweep file", "sweep"},
-                                    {"optimization", "an optimization file", "optimize"}};
-  if (document.root().contains(table)) return;
-  const Kind& expected = *std::ranges::find(kKinds, table, &Kind::table);
-  for (const Kind& kind : kKinds) {
+namespace {
+
+struct FileKind {
+  std::string_view table, file, command;
+};
+constexpr FileKind kFileKinds[] = {{"case", "a case file", "run"},
+                                   {"study", "a study file", "calibrate"},
+                                   {"suite", "a suite file", "validate"},
+                                   {"sweep", "a sweep file", "sweep"},
+                                   {"optimization", "an optimization file", "optimize"}};
+
+}  // namespace
+
+void refuse_other_kinds(TomlDocument& document, std::string_view expected) {
+  for (const FileKind& kind : kFileKinds) {
     const toml::node* node = document.root().get(kind.table);
     if (node == nullptr || !node->is_table()) continue;
     document.fail(std::string(kind.table), toml_text::line_of(*node),
-                  fmt::format("is a file for firn {}; expected {} (firn {})", kind.command,
-                              expected.file, expected.command));
+                  fmt::format("is a file for firn {}; expected {}", kind.command, expected));
   }
+}
+
+void require_kind(TomlDocument& document, std::string_view table) {
+  if (document.root().contains(table)) return;
+  const FileKind& wanted = *std::ranges::find(kFileKinds, table, &FileKind::table);
+  const std::string expected = fmt::format("{} (firn {})", wanted.file, wanted.command);
+  refuse_other_kinds(document, expected);
+  const toml::node* status = document.root().get("status");
+  if (status != nullptr && status->is_string() && document.root().contains("response"))
+    document.fail("status", toml_text::line_of(*status),
+                  fmt::format("is a key of a measurement file; expected {}", expected));
 }
 
 std::string current_case_key(const TomlTable& table, std::string_view key,

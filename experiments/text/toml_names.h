@@ -16,8 +16,11 @@ int index_of(const TomlTable& table, std::string_view key, const std::string& na
              const std::vector<std::string_view>& names, std::string_view what);
 
 // Throws for a document of another kind. Kinds are known by the table that each has alone: case,
-// study, suite, sweep or optimization; `table`: that of the expected kind.
+// study, suite, sweep or optimization; `table`: that of the expected kind. A measurement is known
+// by its `status`.
 void require_kind(TomlDocument& document, std::string_view table);
+// The same for files that have no such table. `expected`: "a measurement file".
+void refuse_other_kinds(TomlDocument& document, std::string_view expected);
 
 // `path`, the value of `key` and a path into a case, with current names. Warns of an old name.
 std::string current_case_key(const TomlTable& table, std::string_view key, const std::string& path);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "experiments/system/input_limits.h"
+#include "experiments/text/suggestions.h"
 #include "experiments/text/toml_document.h"
 #include "experiments/text/toml_messages.h"
 
@@ -38,6 +39,11 @@ bool TomlTable::is_list(std::string_view key) const {
   return node != nullptr && node->is_array();
 }
 
+bool TomlTable::is_table(std::string_view key) const {
+  const toml::node* node = table_->get(key);
+  return node != nullptr && node->is_table();
+}
+
 std::vector<std::string> TomlTable::keys() const {
   std::vector<std::string> names;
   for (const auto& [key, value] : *table_) names.emplace_back(key.str());
@@ -46,17 +52,19 @@ std::vector<std::string> TomlTable::keys() const {
 
 std::string TomlTable::path_of(std::string_view key) const { return join_path(path_, key); }
 
-void TomlTable::fail(std::string_view key, const std::string& message) const {
-  unsigned line = line_;
-  if (const toml::node* node = key.empty() ? nullptr : table_->get(key)) {
-    if (line_of(*node) > 0) line = line_of(*node);
-  }
-  document_->fail(path_of(key), line, message);
+unsigned TomlTable::line_of_key(std::string_view key) const {
+  const toml::node* node = key.empty() ? nullptr : table_->get(key);
+  return node != nullptr && line_of(*node) > 0 ? line_of(*node) : line_;
 }
 
-std::string TomlTable::place() const {
-  return fmt::format("{}:{}: {}", document_->source_of(path_), std::max(line_, 1u),
-                     document_->named(path_));
+void TomlTable::fail(std::string_view key, const std::string& message) const {
+  document_->fail(path_of(key), line_of_key(key), message);
+}
+
+std::string TomlTable::place(std::string_view key) const {
+  const std::string path = path_of(key);
+  return fmt::format("{}:{}: {}", document_->source_of(path), std::max(line_of_key(key), 1u),
+                     document_->named(path));
 }
 
 const toml::node& TomlTable::require(std::string_view key) const {
@@ -190,6 +198,7 @@ std::vector<double> TomlTable::quantities(std::string_view key, const Dimension&
     fail(key, fmt::format("is missing; expected a list of {}", example(dimension)));
   return values;
 }
+
 std::optional<double> TomlTable::optional_quantity(std::string_view key, const Dimension& dimension,
                                                    Sign sign) const {
   if (!has(key)) return std::nullopt;
@@ -313,15 +322,15 @@ Quat TomlTable::orientation(std::string_view key) const {
   return q.normalized();
 }
 
-std::vector<std::string> TomlTable::strings(std::string_view key) const {
+std::vector<std::string> TomlTable::strings(std::string_view key, const std::string& wanted) const {
   if (!has(key)) return {};
   const toml::node& node = require(key);
   const toml::array* array = node.as_array();
-  if (!array) fail(key, fmt::format("is {}; expected an array of strings", describe(node)));
+  if (!array) fail(key, fmt::format("is {}; expected {}", describe(node), wanted));
   std::vector<std::string> values;
   for (const toml::node& element : *array) {
     const auto* s = element.as_string();
-    if (!s) fail(key, fmt::format("holds {}; expected an array of strings", describe(element)));
+    if (!s) fail(key, fmt::format("holds {}; expected {}", describe(element), wanted));
     values.push_back(s->get());
   }
   return values;
@@ -365,97 +374,6 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key) const {
     result.emplace_back(*document_, *t, fmt::format("{}.{}", path_of(key), i), line_of(element));
   }
   return result;
-}
-
-namespace {
-
-// Words of other programs and file formats, and the keys of Firn that mean the same.
-constexpr std::pair<std::string_view, std::string_view> kSynonyms[] = {
-    {"mesh", "file"},
-    {"path", "file"},
-    {"filename", "file"},
-    {"stl", "file"},
-    {"obj", "file"},
-    {"units", "length_unit"},
-    {"scale", "length_unit"},
-    {"mu", "static_friction"},
-    {"mu_s", "static_friction"},
-    {"mu_d", "dynamic_friction"},
-    {"mu_k", "dynamic_friction"},
-    {"kinetic_friction", "dynamic_friction"},
-    {"sliding_friction", "dynamic_friction"},
-    {"rolling_friction", "rolling_resistance"},
-    {"cor", "restitution"},
-    {"e", "restitution"},
-    {"elastic_modulus", "young_modulus"},
-    {"modulus", "young_modulus"},
-    {"youngs_modulus", "young_modulus"},
-    {"nu", "poisson_ratio"},
-    {"number", "count"},
-    {"amount", "count"},
-    {"particles", "count"},
-    {"end_time", "duration"},
-    {"simulation_time", "duration"},
-    {"total_time", "duration"},
-    {"time", "duration"},
-    {"dt", "timestep"},
-    {"output_interval", "frame_interval"},
-    {"save_interval", "frame_interval"},
-    {"write_interval", "frame_interval"},
-    {"output_frequency", "frame_interval"},
-    {"std", "standard_deviation"},
-    {"sd", "standard_deviation"},
-    {"sigma", "uncertainty"},
-    {"error", "uncertainty"},
-    {"column", "y"}};
-
-// Whether a part between underscores is the same in both: "friction" and "static_friction".
-bool share_a_part(std::string_view a, std::string_view b) {
-  const auto parts = [](std::string_view text) {
-    std::vector<std::string_view> all;
-    for (std::size_t at = 0; at <= text.size();) {
-      const std::size_t end = std::min(text.find('_', at), text.size());
-      all.push_back(text.substr(at, end - at));
-      at = end + 1;
-    }
-    return all;
-  };
-  const std::vector<std::string_view> of_a = parts(a);
-  return std::ranges::any_of(parts(b), [&](std::string_view part) {
-    return part.size() > 2 && std::ranges::find(of_a, part) != of_a.end();
-  });
-}
-
-}  // namespace
-
-std::optional<std::string_view> nearest(std::string_view word,
-                                        const std::vector<std::string_view>& candidates) {
-  constexpr std::size_t kLongest = 64;  // bytes; of longer words the beginning counts
-  word = word.substr(0, kLongest);
-  for (const auto& [other, key] : kSynonyms)
-    if (word == other && std::ranges::find(candidates, key) != candidates.end()) return key;
-  // In half steps: one edit of a word of two letters, two edits of one of three to eight.
-  const int typo = word.size() < 3 ? 2 : std::max(4, 2 * static_cast<int>(word.size() / 3));
-  std::optional<std::string_view> best;
-  std::pair<bool, int> least;  // whether it is no typo, and the distance
-  for (const std::string_view candidate : candidates) {
-    const int distance = edit_distance(word, candidate);
-    const std::pair order(distance > typo, distance);
-    if (order.first && !share_a_part(word, candidate)) continue;
-    if (best && order >= least) continue;
-    best = candidate;
-    least = order;
-  }
-  return best;
-}
-
-std::string suggestion(std::string_view word, const std::vector<std::string_view>& candidates) {
-  constexpr std::size_t kMost = 40;  // names in a message
-  if (const auto likely = nearest(word, candidates))
-    return fmt::format("the nearest known one is \"{}\"", *likely);
-  const std::size_t shown = std::min(candidates.size(), kMost);
-  return fmt::format("expected one of {}{}", comma_list(std::span(candidates).first(shown)),
-                     shown < candidates.size() ? ", ..." : "");
 }
 
 }  // namespace firn

@@ -56,8 +56,12 @@ struct Unit {
 };
 
 // Parses a unit: "kg/m^3", "mm/min", "N m". Symbols are joined by spaces, * and /, with ^ and whole
-// exponents. A division applies to the next symbol or parenthesis only. Throws InputError.
+// exponents. A division applies to the next symbol or parenthesis only. Takes the signs that
+// plain_unit() replaces. Throws InputError.
 Unit parse_unit(std::string_view text);
+// The one spelling of a unit in tables, pages and comparisons of units: "m³" becomes "m^3", "s⁻¹"
+// "s^-1" and "N·m" "N m". Other text is not changed.
+std::string plain_unit(std::string_view text);
 // Factor that converts a number from the unit `from` to the unit `to`. Nothing for units of
 // different dimensions. Throws InputError for a text that is not a unit.
 std::optional<double> conversion_factor(std::string_view from, std::string_view to);
@@ -79,6 +83,11 @@ std::string si_text(double value, const Dimension& dimension);
 
 // A duration (s) for display: "7.3 s", "48 s", "12 min 05 s", "3 h 20 min".
 std::string duration_text(double seconds);
+// Magnitude (in `unit`) below which a value of a simulation is rounding error: no input, body or
+// instrument is as fine, e.g. 1e-12 m or 1e-9 rad. 0 for a text that is not a unit, and for units
+// of dimensions without a known one.
+double resolution(const std::string& unit);
+
 // An estimated duration (s), not below 0: "48 s", "12 min", "3.3 h".
 std::string estimated_duration_text(double seconds);
 
@@ -92,8 +101,5 @@ std::string comma_list(const Words& words) {
   }
   return text;
 }
-
-// Levenshtein distance in half steps. A change of case counts as half a step.
-int edit_distance(std::string_view a, std::string_view b);
 
 }  // namespace firn

@@ -9,8 +9,8 @@
 #include <exception>
 #include <mutex>
 #include <optional>
-#include <queue>
 #include <thread>
+#include <utility>
 
 #include "experiments/case_reader/read_case.h"
 #include "firn/math.h"
@@ -27,6 +27,58 @@ double number_of(const std::string& value) {
   std::from_chars(begin, value.data() + value.size(), number);
   return number;
 }
+
+struct Report {
+  std::size_t job = 0;
+  std::optional<JobResult> result;  // none: it has started
+};
+
+// Reports from threads to the one that reads them.
+class ReportQueue {
+ public:
+  explicit ReportQueue(std::size_t threads) : at_work_(threads) {}
+
+  std::size_t threads() const {
+    const std::lock_guard lock(mutex_);
+    return at_work_;
+  }
+  void put(Report report) {
+    const std::lock_guard lock(mutex_);
+    reports_.push_back(std::move(report));
+    changed_.notify_one();
+  }
+  // To be called once by each thread, last. `thrown`: what ended it; null: nothing.
+  void end_thread(std::exception_ptr thrown) {
+    const std::lock_guard lock(mutex_);
+    if (thrown) thrown_ = std::move(thrown);
+    --at_work_;
+    changed_.notify_one();
+  }
+
+  // No thread is at work and all reports have been taken.
+  bool is_over() const {
+    const std::lock_guard lock(mutex_);
+    return at_work_ == 0 && reports_.empty();
+  }
+  // The reports so far, in their order. Waits a moment for the first one.
+  std::vector<Report> take() {
+    std::unique_lock lock(mutex_);
+    if (reports_.empty() && at_work_ > 0) changed_.wait_for(lock, std::chrono::milliseconds(200));
+    return std::exchange(reports_, {});
+  }
+  // Throws what ended a thread.
+  void rethrow() const {
+    const std::lock_guard lock(mutex_);
+    if (thrown_) std::rethrow_exception(thrown_);
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<Report> reports_;
+  std::exception_ptr thrown_;
+  std::size_t at_work_;
+};
 
 }  // namespace
 
@@ -83,68 +135,39 @@ void FunctionExecutor::run_here(const std::vector<Job>& jobs, const JobEvents& e
 
 // Threads simulate; the calling thread alone reports.
 void FunctionExecutor::run_on_threads(const std::vector<Job>& jobs, const JobEvents& events) {
-  struct Report {
-    std::size_t job;
-    std::optional<JobResult> result;  // none: it has started
-  };
-  std::mutex mutex;
-  std::condition_variable reported;
-  std::queue<Report> reports;
-  std::exception_ptr thrown;
-  std::size_t at_work = std::min(jobs.size(), static_cast<std::size_t>(options_.jobs));
+  ReportQueue queue(std::min(jobs.size(), static_cast<std::size_t>(options_.jobs)));
   std::atomic<std::size_t> next = 0;
-  const auto report = [&](Report r) {
-    const std::lock_guard lock(mutex);
-    reports.push(std::move(r));
-    reported.notify_one();
-  };
   const auto work = [&] {
     try {
       for (std::size_t job = next++; job < jobs.size() && !stop_; job = next++) {
-        report({job, {}});
-        report({job, simulate(jobs[job])});
+        queue.put({job, {}});
+        queue.put({job, simulate(jobs[job])});
       }
+      queue.end_thread(nullptr);
     } catch (...) {
-      const std::lock_guard lock(mutex);
-      thrown = std::current_exception();
       stop_ = true;
+      queue.end_thread(std::current_exception());
     }
-    const std::lock_guard lock(mutex);
-    --at_work;
-    reported.notify_one();
   };
-  const std::size_t workers = at_work;
+  const std::size_t workers = queue.threads();
   std::vector<std::jthread> threads;
   for (std::size_t i = 0; i < workers; ++i) threads.emplace_back(work);
-  std::unique_lock lock(mutex);
-  while (at_work > 0 || !reports.empty()) {
-    reported.wait_for(lock, std::chrono::milliseconds(200));
-    while (!reports.empty()) {
-      const Report r = std::move(reports.front());
-      reports.pop();
-      lock.unlock();
-      try {
+  try {
+    while (!queue.is_over()) {
+      for (const Report& r : queue.take()) {
         if (r.result)
           events.ended(jobs[r.job], *r.result);
         else
           events.started(jobs[r.job]);
-      } catch (...) {
-        stop_ = true;  // threads end before this function is left
-        throw;
       }
-      lock.lock();
-    }
-    lock.unlock();
-    try {
       events.tick();
       should_continue();
-    } catch (...) {
-      stop_ = true;
-      throw;
     }
-    lock.lock();
+  } catch (...) {
+    stop_ = true;  // threads end before this function is left
+    throw;
   }
-  if (thrown) std::rethrow_exception(thrown);
+  queue.rethrow();
 }
 
 }  // namespace firn::calibration

@@ -132,9 +132,7 @@ RunOptions options_of(const std::string& results_file, int threads, double check
   return options;
 }
 
-}  // namespace
-
-void bind_run(py::module_& m) {
+void bind_response(py::module_& m) {
   py::class_<Response>(m, "Response", "A quantity measured from a run.")
       .def_readonly("name", &Response::name)
       .def_readonly("unit", &Response::unit)
@@ -156,7 +154,9 @@ void bind_run(py::module_& m) {
                          r.unit
                    : r.name + ": " + std::to_string(r.value.size()) + " values in " + r.unit;
       });
+}
 
+void bind_live_frame(py::module_& m) {
   py::class_<LiveFrame, std::shared_ptr<LiveFrame>>(m, "LiveFrame",
                                                     "State of a run under way, in a callback.")
       .def_property_readonly("time", [](const LiveFrame& f) { return f.solver().time(); })
@@ -173,7 +173,9 @@ void bind_run(py::module_& m) {
       .def_property_readonly("energy",
                              [](const LiveFrame& f) { return energy_dict(f.solver().energy()); })
       .def("contacts", &LiveFrame::contacts);
+}
 
+void bind_run_result(py::module_& m) {
   py::class_<RunResult>(m, "CoreRunResult")
       .def_property_readonly("status", &status_text)
       .def_readonly("reason", &RunResult::reason)
@@ -185,7 +187,14 @@ void bind_run(py::module_& m) {
       .def_property_readonly("energy", [](const RunResult& r) { return energy_dict(r.energy); })
       .def_property_readonly("largest_overlap",
                              [](const RunResult& r) { return r.diagnostics.largest_overlap; });
+}
 
+}  // namespace
+
+void bind_run(py::module_& m) {
+  bind_response(m);
+  bind_live_frame(m);
+  bind_run_result(m);
   m.def("current_response_name", &experiments::current_response_name, py::arg("name"));
   m.def(
       "run",

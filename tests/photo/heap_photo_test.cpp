@@ -22,7 +22,7 @@ using synthetic::PhotoSession;
 using synthetic::Random;
 using testing::HasSubstr;
 
-constexpr double kParticle = 20.57e-3;
+constexpr double kPhotoParticle = 20.57e-3;
 
 // Solids with plane tops on both ledges, as steep as each other.
 struct Ramps {
@@ -46,15 +46,16 @@ struct Heaps {
 
   Heaps(const Heaps&) = delete;
   Heaps(double angle, std::uint64_t seed) {
-    left = synthetic::ledge_heap(cube, kParticle, -1, angle, 40e-3, 2 * seed);
-    right = synthetic::ledge_heap(cube, kParticle, 1, angle, 40e-3, 2 * seed + 1);
+    left = synthetic::ledge_heap(cube, kPhotoParticle, -1, angle, 40e-3, 2 * seed);
+    right = synthetic::ledge_heap(cube, kPhotoParticle, 1, angle, 40e-3, 2 * seed + 1);
     bodies = left;
     bodies.insert(bodies.end(), right.begin(), right.end());
   }
   // By the estimator of simulations.
   double outline_angle() const {
     const auto side = [&](const std::vector<PlacedMesh>& heap, Side s) {
-      return outline_slope(heap, ledge_of(synthetic::drained_box(), s, kParticle), kParticle)
+      return outline_slope(heap, ledge_of(synthetic::drained_box(), s, kPhotoParticle),
+                           kPhotoParticle)
           .robust_angle;
     };
     return (side(left, Side::left) + side(right, Side::right)) / 2;
@@ -101,7 +102,7 @@ Errors errors_of_ramps(int pictures, std::uint64_t seed) {
     const PhotoSession session = synthetic::random_session(random);
     const double angle = random.uniform(6, 32);
     const Ramps ramps(angle);
-    PhotoSetup setup = synthetic::setup_of(session.camera, kParticle);
+    PhotoSetup setup = synthetic::setup_of(session.camera, kPhotoParticle);
     synthetic::add_errors(setup, random);
     const Photograph photo = synthetic::photograph_of(ramps.bodies, session.camera, session.style);
     if (const auto result = measured_unless_refused(photo, setup))
@@ -122,7 +123,7 @@ HeapErrors errors_of_heaps(int pictures, std::uint64_t seed) {
     const PhotoSession session = synthetic::random_session(random);
     const double angle = random.uniform(6, 32);
     const Heaps heaps(angle, 1000 * seed + static_cast<std::uint64_t>(k));
-    PhotoSetup setup = synthetic::setup_of(session.camera, kParticle);
+    PhotoSetup setup = synthetic::setup_of(session.camera, kPhotoParticle);
     synthetic::add_errors(setup, random);
     const Photograph photo = synthetic::photograph_of(heaps.bodies, session.camera, session.style);
     const auto result = measured_unless_refused(photo, setup);
@@ -159,7 +160,7 @@ TEST(HeapPhoto, APlaneIsMeasuredExactly) {
   for (const double angle : {5.0, 12.0, 25.0, 35.0}) {
     const Ramps ramps(angle);
     const HeapPhotoResult r = measured(synthetic::photograph_of(ramps.bodies, s.camera, s.style),
-                                       synthetic::setup_of(s.camera, kParticle));
+                                       synthetic::setup_of(s.camera, kPhotoParticle));
     EXPECT_NEAR(r.angle, angle, 0.02);
     for (const PhotoSlope& slope : r.heaps[0].slopes) {
       EXPECT_NEAR(slope.lines.robust_angle, angle, 0.05);
@@ -223,7 +224,7 @@ TEST(HeapPhotoLong, WrongCornersScatterAsTheCameraUncertaintySays) {
     double squares = 0, stated = 0;
     const int setups = 150;
     for (int n = 0; n < setups; ++n) {
-      PhotoSetup setup = synthetic::setup_of(s.camera, kParticle);
+      PhotoSetup setup = synthetic::setup_of(s.camera, kPhotoParticle);
       synthetic::add_errors(setup, random);
       const HeapPhotoResult r = measured(photo, setup);
       squares += (r.angle - angle) * (r.angle - angle) / setups;
@@ -236,7 +237,7 @@ TEST(HeapPhotoLong, WrongCornersScatterAsTheCameraUncertaintySays) {
 TEST(HeapPhoto, DarkHeapsAndBackgroundsAndChannelsGiveTheSameAngle) {
   const PhotoSession s = plain_session();
   const Heaps heaps(20, 7);
-  const PhotoSetup setup = synthetic::setup_of(s.camera, kParticle);
+  const PhotoSetup setup = synthetic::setup_of(s.camera, kPhotoParticle);
   const Photograph photo = synthetic::photograph_of(heaps.bodies, s.camera, s.style);
   const double angle = measured(photo, setup).angle;
 
@@ -275,7 +276,7 @@ TEST(HeapPhoto, DarkHeapsAndBackgroundsAndChannelsGiveTheSameAngle) {
 
 TEST(HeapPhoto, SeveralHeapsAreRepeats) {
   const PhotoSession s = plain_session();
-  PhotoSetup setup = synthetic::setup_of(s.camera, kParticle);
+  PhotoSetup setup = synthetic::setup_of(s.camera, kPhotoParticle);
   setup.name = "a \"heap\" \\ of\x01 ice";
   std::vector<Photograph> photos;
   for (const std::uint64_t seed : {11U, 12U, 13U}) {
@@ -306,7 +307,7 @@ TEST(HeapPhoto, SeveralHeapsAreRepeats) {
 
 TEST(HeapPhoto, WhatIsNoHeapIsRefused) {
   const PhotoSession s = plain_session();
-  const PhotoSetup setup = synthetic::setup_of(s.camera, kParticle);
+  const PhotoSetup setup = synthetic::setup_of(s.camera, kPhotoParticle);
   const Ramps ramps(15);
   const Photograph photo = synthetic::photograph_of(ramps.bodies, s.camera, s.style);
   EXPECT_EQ(refusal(photo, setup), "");
@@ -352,7 +353,7 @@ TEST(HeapPhoto, WhatIsNoHeapIsRefused) {
 
 TEST(HeapPhoto, APictureThatDoesNotShowTheWholeHeapIsRefused) {
   const PhotoSession s = plain_session();
-  const PhotoSetup setup = synthetic::setup_of(s.camera, kParticle);
+  const PhotoSetup setup = synthetic::setup_of(s.camera, kPhotoParticle);
   const Ramps ramps(25);
   const Photograph photo = synthetic::photograph_of(ramps.bodies, s.camera, s.style);
   // The part of it from a column and a row on, with the corners as they are seen there. Those of
@@ -392,7 +393,7 @@ TEST(HeapPhoto, CornersThatContradictEachOtherAreRefused) {
   const PhotoSession s = plain_session();
   const Ramps ramps(25);
   const Photograph photo = synthetic::photograph_of(ramps.bodies, s.camera, s.style);
-  PhotoSetup setup = synthetic::setup_of(s.camera, kParticle);
+  PhotoSetup setup = synthetic::setup_of(s.camera, kPhotoParticle);
   const double front = -synthetic::drained_box().box.y() / 2;
   setup.corners.push_back({s.camera.pixel({0, front, 0}), {0, 0}});
   EXPECT_EQ(refusal(photo, setup), "");
@@ -406,7 +407,7 @@ TEST(HeapPhoto, ThePictureForTheUserIsDrawn) {
   const PhotoSession s = plain_session();
   const Heaps heaps(22, 5);
   const Photograph photo = synthetic::photograph_of(heaps.bodies, s.camera, s.style);
-  const HeapPhotoResult result = measured(photo, synthetic::setup_of(s.camera, kParticle));
+  const HeapPhotoResult result = measured(photo, synthetic::setup_of(s.camera, kPhotoParticle));
   const test::ScratchFolder folder("photo");
   const std::string file = folder / "check.png";
   draw_heap_photo(result, 0, photo, file);

@@ -32,7 +32,7 @@ Photograph smooth_picture(int width, int height) {
   return photo;
 }
 
-std::string refusal(const std::string& bytes) {
+std::string photograph_refusal(const std::string& bytes) {
   try {
     decode_photograph(bytes, "p.jpg");
   } catch (const InputError& e) {
@@ -106,21 +106,23 @@ TEST(Photograph, ASizeBeyondTheLimitIsRefusedBeforeDecoding) {
   for (const std::uint32_t edge : {8001U, 60000U, 2147483647U, 4294967295U}) {
     std::string png = test::png_bytes(smooth_picture(40, 40));
     png.replace(16, 8, big_endian(edge, 4) + big_endian(edge, 4));
-    EXPECT_THAT(refusal(png), HasSubstr("expected at most 64 million")) << edge;
+    EXPECT_THAT(photograph_refusal(png), HasSubstr("expected at most 64 million")) << edge;
   }
   std::string jpeg = test::jpeg_bytes(smooth_picture(40, 40));
   const std::size_t frame = jpeg.find("\xff\xc0");
   ASSERT_NE(frame, std::string::npos);
   jpeg.replace(frame + 5, 4, big_endian(65000, 2) + big_endian(65000, 2));
-  EXPECT_THAT(refusal(jpeg), HasSubstr("has 65000 x 65000 pixels; expected at most 64 million"));
-  EXPECT_THAT(refusal(test::png_bytes(smooth_picture(31, 40))), HasSubstr("at least 32"));
+  EXPECT_THAT(photograph_refusal(jpeg),
+              HasSubstr("has 65000 x 65000 pixels; expected at most 64 million"));
+  EXPECT_THAT(photograph_refusal(test::png_bytes(smooth_picture(31, 40))),
+              HasSubstr("at least 32"));
 }
 
 TEST(Photograph, OtherFilesAreRefused) {
   for (const std::string& bytes :
        {std::string(), std::string("name = 1"), std::string("\x89PNG\r\n\x1a\n"),
         std::string("\xff\xd8\xff"), std::string("GIF89a\1\0\1\0", 10)}) {
-    EXPECT_THAT(refusal(bytes), HasSubstr("expected a photograph in PNG or JPEG"));
+    EXPECT_THAT(photograph_refusal(bytes), HasSubstr("expected a photograph in PNG or JPEG"));
   }
 }
 
@@ -133,10 +135,11 @@ TEST(Photograph, DamagedFilesAreRefusedOrRead) {
                                    test::with_orientation(test::jpeg_bytes(photo), 6, true)}) {
     for (int k = 0; k < 60; ++k) {
       const std::string part = whole.substr(0, random() % (whole.size() - 12));
-      EXPECT_THAT(refusal(part), HasSubstr("p.jpg: ")) << part.size() << " of " << whole.size();
+      EXPECT_THAT(photograph_refusal(part), HasSubstr("p.jpg: "))
+          << part.size() << " of " << whole.size();
       std::string changed = whole;
       for (int n = 0; n < 4; ++n) changed[random() % changed.size()] = static_cast<char>(random());
-      const std::string message = refusal(changed);
+      const std::string message = photograph_refusal(changed);
       EXPECT_EQ(message.find('\n'), std::string::npos);
     }
   }

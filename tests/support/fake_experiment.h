@@ -12,18 +12,12 @@
 
 #include "calibrate/calibrate.h"
 #include "calibrate/study/study_file.h"
+#include "experiments/analysis/random_stream.h"
 #include "experiments/batch/execution/executor.h"
 #include "experiments/case_reader/read_case.h"
 #include "tests/support/scratch_folder.h"
 
 namespace firn {
-
-// Standard normal deviate, the same on every machine: Box and Muller.
-inline double normal(std::mt19937_64& random) {
-  const auto uniform = [&] { return (static_cast<double>(random() >> 11) + 0.5) * 0x1p-53; };
-  const double u = uniform(), v = uniform();
-  return std::sqrt(-2 * std::log(u)) * std::cos(2 * M_PI * v);
-}
 
 class FakeExperiment : public Executor {
  public:

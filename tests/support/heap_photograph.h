@@ -131,20 +131,13 @@ inline void blur_rows(std::vector<float>& value, int width, int height, double s
   value = std::move(result);
 }
 
-}  // namespace detail
-
-// Two samples a pixel each way. Bodies are a little lighter or darker than each other, and so are
-// their sides.
-inline Photograph photograph_of(const std::vector<PlacedMesh>& bodies, const TestCamera& camera,
-                                const PhotoStyle& style) {
-  constexpr int kSamples = 2;
+// Draws the triangles of all bodies. Bodies are a little lighter or darker than each other, and so
+// are their sides.
+inline void draw_bodies(const std::vector<PlacedMesh>& bodies, const TestCamera& camera,
+                        int samples, Random& random, Canvas& canvas) {
   constexpr double kEdge = 15e-3;  // m, so that the lens bends edges smoothly
   const DrainedRepose box = drained_box();
-  detail::Canvas canvas{kSamples * camera.width, kSamples * camera.height, {}, {}};
-  canvas.depth.assign(static_cast<std::size_t>(canvas.width) * canvas.height, 0);
-  canvas.shade.assign(canvas.depth.size(), -1);
   const Vec3 light = Vec3(-0.3, -0.7, 0.65).normalized();
-  Random random(style.seed);
   for (const PlacedMesh& body : bodies) {
     const double tint = random.uniform(-0.06, 0.06);
     for (const auto& t : body.mesh->triangles) {
@@ -161,24 +154,27 @@ inline Photograph photograph_of(const std::vector<PlacedMesh>& bodies, const Tes
       };
       for (int a = 0; a < n; ++a) {
         for (int b = 0; a + b < n; ++b) {
-          detail::fill({corner(a, b), corner(a + 1, b), corner(a, b + 1)}, camera, kSamples, shade,
-                       box, canvas);
+          fill({corner(a, b), corner(a + 1, b), corner(a, b + 1)}, camera, samples, shade, box,
+               canvas);
           if (a + b + 2 <= n)
-            detail::fill({corner(a + 1, b), corner(a + 1, b + 1), corner(a, b + 1)}, camera,
-                         kSamples, shade, box, canvas);
+            fill({corner(a + 1, b), corner(a + 1, b + 1), corner(a, b + 1)}, camera, samples, shade,
+                 box, canvas);
         }
       }
     }
   }
+}
 
-  const auto pixels = static_cast<std::size_t>(camera.width) * camera.height;
-  std::vector<float> level(pixels, 0);
+// Levels of the pixels: means of the samples, with uneven light, glares and blur.
+inline std::vector<float> pixel_levels(const Canvas& canvas, const TestCamera& camera, int samples,
+                                       const PhotoStyle& style) {
+  std::vector<float> level(static_cast<std::size_t>(camera.width) * camera.height, 0);
   for (int j = 0; j < canvas.height; ++j) {
     for (int i = 0; i < canvas.width; ++i) {
       const float shade = canvas.shade[static_cast<std::size_t>(j) * canvas.width + i];
       const double value = shade < 0 ? style.background : style.ice * shade;
-      level[static_cast<std::size_t>(j / kSamples) * camera.width + i / kSamples] +=
-          static_cast<float>(value / (kSamples * kSamples));
+      level[static_cast<std::size_t>(j / samples) * camera.width + i / samples] +=
+          static_cast<float>(value / (samples * samples));
     }
   }
   for (int j = 0; j < camera.height; ++j) {
@@ -193,21 +189,36 @@ inline Photograph photograph_of(const std::vector<PlacedMesh>& bodies, const Tes
     }
   }
   for (const bool across : {false, true})
-    detail::blur_rows(level, camera.width, camera.height, style.blur, across);
+    blur_rows(level, camera.width, camera.height, style.blur, across);
+  return level;
+}
+
+}  // namespace detail
+
+// Two samples a pixel each way.
+inline Photograph photograph_of(const std::vector<PlacedMesh>& bodies, const TestCamera& camera,
+                                const PhotoStyle& style) {
+  constexpr int kSamples = 2;
+  detail::Canvas canvas{kSamples * camera.width, kSamples * camera.height, {}, {}};
+  canvas.depth.assign(static_cast<std::size_t>(canvas.width) * canvas.height, 0);
+  canvas.shade.assign(canvas.depth.size(), -1);
+  Random random(style.seed);
+  detail::draw_bodies(bodies, camera, kSamples, random, canvas);
+  const std::vector<float> level = detail::pixel_levels(canvas, camera, kSamples, style);
 
   Photograph photo;
   photo.width = camera.width;
   photo.height = camera.height;
   photo.file = "heap.png";
   photo.hash = std::string(64, '0');
-  photo.rgb.reserve(3 * pixels);
+  photo.rgb.reserve(3 * level.size());
   const std::array<double, 3> color{0.97, 1, 1.03};
-  for (std::size_t k = 0; k < pixels; ++k) {
+  for (const float value_of_pixel : level) {
     for (const double c : color) {
       // Nearly normal: the sum of four uniform numbers has a variance of a third.
       double noise = 0;
       for (int part = 0; part < 4; ++part) noise += random.uniform(-0.5, 0.5);
-      const double value = c * level[k] + style.noise * std::sqrt(3.0) * noise;
+      const double value = c * value_of_pixel + style.noise * std::sqrt(3.0) * noise;
       photo.rgb.push_back(static_cast<std::uint8_t>(std::clamp(value + 0.5, 0.0, 255.0)));
     }
   }

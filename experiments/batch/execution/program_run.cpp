@@ -9,7 +9,7 @@
 
 #include "experiments/system/input_file.h"
 #include "experiments/system/text_encoding.h"
-#include "experiments/text/csv_reader.h"
+#include "experiments/text/csv/csv_reader.h"
 #include "experiments/text/json_fields.h"
 #include "experiments/text/json_parser.h"
 

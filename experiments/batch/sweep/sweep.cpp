@@ -11,7 +11,7 @@
 #include "experiments/results/response.h"
 #include "experiments/system/interruption.h"
 #include "experiments/system/text_encoding.h"
-#include "experiments/text/csv_writer.h"
+#include "experiments/text/csv/csv_writer.h"
 
 namespace firn {
 namespace {

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <optional>
 
+#include "experiments/analysis/sample_statistics.h"
 #include "experiments/batch/sweep/sweep.h"
 #include "experiments/batch/sweep/sweep_document.h"
 #include "experiments/results/response.h"
@@ -25,11 +26,8 @@ SweepDocument::Scatter scatter(const SweepResult& r, std::size_t combination,
   SweepDocument::Scatter s;
   s.runs = static_cast<int>(values.size());
   if (values.empty()) return s;
-  s.mean = 0;
-  for (const double v : values) s.mean += v / s.runs;
-  double squares = 0;
-  for (const double v : values) squares += (v - s.mean) * (v - s.mean);
-  if (s.runs > 1) s.standard_deviation = std::sqrt(squares / (s.runs - 1));
+  s.mean = mean(values);
+  if (s.runs > 1) s.standard_deviation = standard_deviation(values);
   return s;
 }
 

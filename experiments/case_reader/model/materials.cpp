@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "experiments/text/suggestions.h"
 #include "experiments/text/toml_names.h"
 
 namespace firn {

@@ -1,6 +1,6 @@
 #include "experiments/case_reader/model/motion_csv.h"
 
-#include "experiments/text/csv_reader.h"
+#include "experiments/text/csv/csv_reader.h"
 
 namespace firn {
 

@@ -275,7 +275,8 @@ void complete(const TomlTable& t, const Model& model, int frame, FreeBody& body)
         t.vector("inertia_products", dimension::moment_of_inertia, "0 0 0 kg m^2");
     body.inertia << about.x(), products.x(), products.y(), products.x(), about.y(), products.z(),
         products.y(), products.z(), about.z();
-    if (about.minCoeff() < 0) t.fail("inertia", "has a component below zero");
+    if (about.minCoeff() < 0)
+      t.fail("inertia", "has a component below zero; expected three moments of at least zero");
     return;
   }
   body.inertia = solid.inertia * (body.mass / solid.volume);

@@ -53,5 +53,31 @@ TEST(BinomialInterval, AgreesWithPublishedValues) {
   EXPECT_EQ(binomial_interval(0, 0).high, 1);
 }
 
+TEST(WeightedQuantile, IsTheFirstValueThatReachesItsShare) {
+  const std::vector<double> x = {3, 1, 2}, weight = {0.5, 0.3, 0.2};
+  EXPECT_EQ(weighted_quantile(x, weight, 0), 1);
+  EXPECT_EQ(weighted_quantile(x, weight, 0.3), 1);
+  EXPECT_EQ(weighted_quantile(x, weight, 0.31), 2);
+  EXPECT_EQ(weighted_quantile(x, weight, 0.6), 3);
+  EXPECT_EQ(weighted_quantile(x, weight, 1.1), 3);  // more than all: the largest
+}
+
+// Of tables of Student's distribution.
+TEST(StudentFactor, AgreesWithPublishedValues) {
+  EXPECT_NEAR(student_factor(1), 12.706, 5e-4);
+  EXPECT_NEAR(student_factor(10), 2.228, 5e-4);
+  EXPECT_NEAR(student_factor(4, 0.99), 4.604, 5e-4);
+  EXPECT_NEAR(student_factor(60, 0.99), 2.660, 5e-4);
+}
+
+TEST(SampleStatistics, OfNoneAndOneValue) {
+  EXPECT_TRUE(std::isnan(sample_statistics({}).mean));
+  EXPECT_EQ(sample_statistics({3}).mean, 3);
+  EXPECT_TRUE(std::isnan(sample_statistics({3}).deviation));
+  EXPECT_TRUE(std::isnan(sample_statistics({3}).error()));
+  EXPECT_DOUBLE_EQ(sample_statistics({1, 3}).deviation, std::sqrt(2.0));
+  EXPECT_DOUBLE_EQ(sample_statistics({1, 3}).error(), 1);
+}
+
 }  // namespace
 }  // namespace firn

@@ -24,7 +24,7 @@ PlannedRun planned(int i) {
           {"heap", "design", i, "mu=0." + std::to_string(i + 1), 7}};
 }
 
-JobResult finished(double angle) {
+JobResult finished_angle(double angle) {
   return {JobStatus::finished, "", {{"angle", {angle}, {}, "deg", "m", 1}}, 10};
 }
 
@@ -57,7 +57,7 @@ TEST(BatchState, FollowsABatchAtWork) {
     Journal& journal = working.batch.journal();
     journal.plan({planned(0), planned(1), planned(2), planned(3)});
     journal.start("key0");
-    journal.finish("key0", finished(12.5));
+    journal.finish("key0", finished_angle(12.5));
     journal.start("key1");
     auto state = read_batch_state(path);
     ASSERT_TRUE(state.has_value());
@@ -103,7 +103,7 @@ TEST(BatchState, DamagedJournalsAreRefused) {
   {
     Working working(path);
     working.batch.journal().plan({planned(0), planned(1)});
-    working.batch.journal().finish("key0", finished(1));
+    working.batch.journal().finish("key0", finished_angle(1));
   }
   const std::string file = (folder.path() / "study.db").string();
   std::string bytes;

@@ -24,7 +24,7 @@ const std::string target =
 
 JobResult power_law(const Values& v, std::mt19937_64& random) {
   const double aor = 35 * std::pow(v.at("a.mu1"), 0.27) * std::pow(v.at("a.mu2"), 0.22);
-  return finished({scalar("aor", aor * (1 + 0.08 * normal(random)), "deg")});
+  return finished({scalar("aor", aor * (1 + 0.08 * normal_deviate(random)), "deg")});
 }
 
 StudySummary run_with_store(const std::string& study, const std::string& directory,

@@ -19,7 +19,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-constexpr const char* kCase = R"([case]
+constexpr const char* kMotionCase = R"([case]
 duration = "1 s"
 [materials.ice]
 density = "916.7 kg/m^3"
@@ -49,7 +49,7 @@ class MotionCsvTest : public ResultsFolder {
  protected:
   Case read(const std::string& csv, const std::vector<Override>& overrides = {}) const {
     std::ofstream(path("x.csv"), std::ios::binary) << csv;
-    return read_case_text(kCase, "c.toml", path(""), overrides);
+    return read_case_text(kMotionCase, "c.toml", path(""), overrides);
   }
   const Motion& motion(const Case& c) const { return c.model.boundaries[0].motions[0]; }
   // Without the folder's name.

@@ -138,5 +138,46 @@ TEST(Measurement, MistakesAreOneLineWithTheirPlace) {
   EXPECT_THROW(read_measurement("no such file.toml"), InputError);
 }
 
+// Whatever stands in place of a quantity, or of a list of them: the message states what is there
+// and how one is written.
+TEST(Measurement, OtherValuesThanQuantitiesAreNamed) {
+  struct Wrong {
+    const char *text, *message;
+  };
+  for (const auto& [text, message] :
+       {Wrong{"10", "is the bare number 10"}, Wrong{"10.5", "is the bare number 10.5"},
+        Wrong{"true", "is true"}, Wrong{"[1, 2]", "is an array"}, Wrong{"{ a = 1 }", "is a table"},
+        Wrong{"1979-05-27", "is a date or time"}, Wrong{"\"ten deg\"", "is not a quantity"}}) {
+    const std::string refused = complaint(kHead + "value = " + text + "\nrepeats = 2\n");
+    EXPECT_THAT(refused, HasSubstr("m.toml:5: value: ")) << text;
+    EXPECT_THAT(refused, HasSubstr(message)) << text;
+    EXPECT_THAT(refused, HasSubstr("expected a number and its unit, such as \"10 deg\"")) << text;
+  }
+  for (const char* text : {"10", "\"10 deg\"", "true", "1979-05-27"}) {
+    const std::string refused = complaint(kHead + "values = " + text + "\n");
+    EXPECT_THAT(refused, HasSubstr("m.toml:5: values: is ")) << text;
+    EXPECT_THAT(refused, HasSubstr("expected a list such as [\"9 deg\", \"11 deg\"]")) << text;
+  }
+  for (const char* text : {"[10, 11]", "[\"10 deg\", 11.5]", "[true]"}) {
+    const std::string refused = complaint(kHead + "values = " + text + "\n");
+    EXPECT_THAT(refused, HasSubstr("m.toml:5: values: holds ")) << text;
+    EXPECT_THAT(refused, HasSubstr("expected quantities, such as")) << text;
+  }
+}
+
+// A superscript is the same unit.
+TEST(Measurement, UnitsHaveOneSpelling) {
+  const Measurement m = read_measurement_text(
+      kHead + "values = [\"9 cm\u00b3\", \"10 cm^3\", \"12.5 cm\u00b3\"]\n", "m.toml");
+  EXPECT_EQ(m.unit, "cm^3");
+  EXPECT_EQ(m.repeats, 3);
+}
+
+TEST(Measurement, FilesOfAnotherKindAreNamed) {
+  for (const char* table : {"case", "study", "suite", "sweep", "optimization"})
+    EXPECT_THAT(complaint(std::string("# about it\n[") + table + "]\nname = \"n\"\n"),
+                HasSubstr(std::string("m.toml:2: ") + table + ": is a file for firn "));
+}
+
 }  // namespace
 }  // namespace firn

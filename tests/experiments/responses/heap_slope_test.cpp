@@ -14,11 +14,11 @@ namespace {
 using synthetic::drained_box;
 using synthetic::ramp;
 
-constexpr double kCubeSize = 20.57e-3;   // m, middle edge of the crescent's box
-constexpr double kCubeVolume = 14.9e-6;  // m^3
+constexpr double kSlopeCubeSize = 20.57e-3;   // m, middle edge of the crescent's box
+constexpr double kSlopeCubeVolume = 14.9e-6;  // m^3
 
-HeapSlope right_slope(const std::vector<PlacedMesh>& bodies, double size = kCubeSize) {
-  return heap_slope(bodies, drained_box(), Side::right, size, kCubeVolume);
+HeapSlope right_slope(const std::vector<PlacedMesh>& bodies, double size = kSlopeCubeSize) {
+  return heap_slope(bodies, drained_box(), Side::right, size, kSlopeCubeVolume);
 }
 
 TEST(HeapSlope, PlaneSurfacesGiveTheirAngle) {
@@ -68,7 +68,7 @@ TEST(HeapSlope, OneLumpHardlyMovesTheRobustLine) {
 
 TEST(HeapSlope, RoughHeapsOfSmallCubesGiveTheirAngle) {
   // Cubes at 0.4 of their size: roughness hides little, so this is the estimator's own error.
-  const double scale = 0.4, size = scale * kCubeSize;
+  const double scale = 0.4, size = scale * kSlopeCubeSize;
   const TriangleMesh cube = synthetic::crescent(scale);
   double sum = 0;
   int k = 0;
@@ -76,7 +76,7 @@ TEST(HeapSlope, RoughHeapsOfSmallCubesGiveTheirAngle) {
     const double sign = k % 2 ? -1 : 1;
     const auto heap = synthetic::ledge_heap(cube, size, sign, angle, 12e-3, 40 + k);
     const HeapSlope s = heap_slope(heap, drained_box(), sign > 0 ? Side::right : Side::left, size,
-                                   std::pow(scale, 3) * kCubeVolume);
+                                   std::pow(scale, 3) * kSlopeCubeVolume);
     EXPECT_NEAR(s.robust_angle, angle, 0.6);
     sum += s.robust_angle - angle;
     ++k;
@@ -89,14 +89,15 @@ TEST(HeapSlope, MirroredHeapsSwapSides) {
   TriangleMesh image = cube;
   for (Vec3& v : image.vertices) v.x() = -v.x();
   for (auto& t : image.triangles) std::swap(t[1], t[2]);
-  const std::vector<PlacedMesh> heap = synthetic::ledge_heap(cube, kCubeSize, 1, 15, 20e-3, 3);
+  const std::vector<PlacedMesh> heap = synthetic::ledge_heap(cube, kSlopeCubeSize, 1, 15, 20e-3, 3);
   std::vector<PlacedMesh> mirrored;
   const Mat3 flip = Vec3(-1, 1, 1).asDiagonal();
   for (const PlacedMesh& body : heap) {
     mirrored.push_back({&image, {flip * body.pose.rotation * flip, flip * body.pose.translation}});
   }
   const HeapSlope right = right_slope(heap);
-  const HeapSlope left = heap_slope(mirrored, drained_box(), Side::left, kCubeSize, kCubeVolume);
+  const HeapSlope left =
+      heap_slope(mirrored, drained_box(), Side::left, kSlopeCubeSize, kSlopeCubeVolume);
   EXPECT_GT(right.robust_angle, 5);
   EXPECT_NEAR(left.robust_angle, right.robust_angle, 1e-9);
   EXPECT_NEAR(left.least_squares_angle, right.least_squares_angle, 1e-9);
@@ -106,7 +107,7 @@ TEST(HeapSlope, MirroredHeapsSwapSides) {
 TEST(HeapSlope, MarginsMustLeaveAWindow) {
   DrainedRepose setup = drained_box();
   setup.end_margin = 0.2;
-  EXPECT_THROW(fit_window(setup, kCubeSize), InputError);
+  EXPECT_THROW(fit_window(setup, kSlopeCubeSize), InputError);
 }
 
 // --- outlines ---
@@ -114,8 +115,8 @@ TEST(HeapSlope, MarginsMustLeaveAWindow) {
 TEST(HeapSlope, TheOutlineOfWhatIsTheSameOverTheDepthIsItsSurface) {
   for (const double angle : {5.0, 17.0, 33.0}) {
     const TriangleMesh mesh = ramp(std::tan(angle * kDegToRad), 0, 10e-3);
-    const HeapSlope outline =
-        outline_slope({{&mesh, {}}}, ledge_of(drained_box(), Side::right, kCubeSize), kCubeSize);
+    const HeapSlope outline = outline_slope(
+        {{&mesh, {}}}, ledge_of(drained_box(), Side::right, kSlopeCubeSize), kSlopeCubeSize);
     const HeapSlope surface = right_slope({{&mesh, {}}});
     EXPECT_NEAR(outline.robust_angle, surface.robust_angle, 1e-9);
     EXPECT_NEAR(outline.least_squares_angle, surface.least_squares_angle, 1e-9);
@@ -131,8 +132,9 @@ TEST(HeapSlope, AnOutlineIsTheHighestPointOverTheDepth) {
   const TriangleMesh low = ramp(std::tan(8 * kDegToRad), 0, 10e-3);
   TriangleMesh high = ramp(std::tan(20 * kDegToRad), 0, 40e-3);
   for (Vec3& v : high.vertices) v.y() = v.y() > 0 ? 30e-3 : 10e-3;
-  const HeapSlope outline = outline_slope(
-      {{&low, {}}, {&high, {}}}, ledge_of(drained_box(), Side::right, kCubeSize), kCubeSize);
+  const HeapSlope outline =
+      outline_slope({{&low, {}}, {&high, {}}}, ledge_of(drained_box(), Side::right, kSlopeCubeSize),
+                    kSlopeCubeSize);
   EXPECT_NEAR(outline.robust_angle, 20, 1e-9);
 }
 
@@ -144,9 +146,9 @@ TEST(HeapSlopeLong, OutlinesOfRoughHeapsScatterAsTheirUncertaintySays) {
   for (const double angle : {5.0, 10.0, 20.0, 30.0}) {
     double sum = 0, squares = 0, claimed = 0;
     for (int k = 0; k < heaps; ++k) {
-      const auto heap = synthetic::ledge_heap(cube, kCubeSize, 1, angle, 50e-3, 3000 + k);
+      const auto heap = synthetic::ledge_heap(cube, kSlopeCubeSize, 1, angle, 50e-3, 3000 + k);
       const HeapSlope s =
-          outline_slope(heap, ledge_of(drained_box(), Side::right, kCubeSize), kCubeSize);
+          outline_slope(heap, ledge_of(drained_box(), Side::right, kSlopeCubeSize), kSlopeCubeSize);
       sum += s.robust_angle - angle;
       squares += (s.robust_angle - angle) * (s.robust_angle - angle);
       claimed += s.robust_uncertainty * s.robust_uncertainty;
@@ -172,9 +174,9 @@ TEST(HeapSlopeLong, RoughHeapsOfFullSizeCubesScatterAsTheirUncertaintySays) {
     double sum = 0, squares = 0, claimed = 0, worst = 0;
     for (int k = 0; k < heaps; ++k) {
       const double sign = k % 2 ? -1 : 1;
-      const auto heap = synthetic::ledge_heap(cube, kCubeSize, sign, angle, 50e-3, 1000 + k);
+      const auto heap = synthetic::ledge_heap(cube, kSlopeCubeSize, sign, angle, 50e-3, 1000 + k);
       const HeapSlope s = heap_slope(heap, drained_box(), sign > 0 ? Side::right : Side::left,
-                                     kCubeSize, kCubeVolume);
+                                     kSlopeCubeSize, kSlopeCubeVolume);
       const double error = s.robust_angle - angle;
       sum += error;
       squares += error * error;
@@ -197,13 +199,13 @@ TEST(HeapSlopeLong, RoughHeapsOfFullSizeCubesScatterAsTheirUncertaintySays) {
 
 // --- height at the walls ---
 
-Ledge right_ledge() { return ledge_of(drained_box(), Side::right, kCubeSize); }
+Ledge right_ledge() { return ledge_of(drained_box(), Side::right, kSlopeCubeSize); }
 
 TEST(WallRise, APlaneHasNoneHoweverItLeans) {
   for (double across : {0.0, 6.0}) {
     const TriangleMesh mesh =
         ramp(std::tan(10 * kDegToRad), 0, 30e-3, std::tan(across * kDegToRad));
-    EXPECT_NEAR(wall_height_excess({{&mesh, {}}}, right_ledge(), kCubeSize).value, 0, 1e-9);
+    EXPECT_NEAR(wall_height_excess({{&mesh, {}}}, right_ledge(), kSlopeCubeSize).value, 0, 1e-9);
   }
 }
 
@@ -215,17 +217,17 @@ TEST(WallRise, AHeapThatStandsHigherAtTheWallsHasTheDifference) {
   TriangleMesh other = bench;
   for (Vec3& v : other.vertices) v.y() -= 114.85e-3;
   const MeanHeight both =
-      wall_height_excess({{&bed, {}}, {&bench, {}}, {&other, {}}}, right_ledge(), kCubeSize);
+      wall_height_excess({{&bed, {}}, {&bench, {}}, {&other, {}}}, right_ledge(), kSlopeCubeSize);
   EXPECT_NEAR(both.value, 5e-3, 1e-6);
   EXPECT_NEAR(both.uncertainty, 0, 1e-6);
-  EXPECT_NEAR(wall_height_excess({{&bed, {}}, {&bench, {}}}, right_ledge(), kCubeSize).value,
+  EXPECT_NEAR(wall_height_excess({{&bed, {}}, {&bench, {}}}, right_ledge(), kSlopeCubeSize).value,
               2.5e-3, 1e-6);
 }
 
 TEST(WallRise, AShallowBoxIsRefused) {
   Ledge ledge = right_ledge();
-  ledge.y_max = ledge.y_min + 3 * kCubeSize;
-  EXPECT_THROW(wall_height_excess({}, ledge, kCubeSize), InputError);
+  ledge.y_max = ledge.y_min + 3 * kSlopeCubeSize;
+  EXPECT_THROW(wall_height_excess({}, ledge, kSlopeCubeSize), InputError);
 }
 
 // Rough heaps that stand as high at the walls as in the middle: no bias, and an uncertainty that is
@@ -235,9 +237,9 @@ TEST(WallRiseLong, RoughHeapsHaveNoneWithinTheirUncertainty) {
   const TriangleMesh cube = synthetic::crescent();
   double sum = 0, squares = 0, stated = 0;
   for (int k = 0; k < kHeaps; ++k) {
-    const auto bodies =
-        synthetic::ledge_heap(cube, kCubeSize, 1, 10, 30e-3, static_cast<std::uint64_t>(1000 + k));
-    const MeanHeight rise = wall_height_excess(bodies, right_ledge(), kCubeSize);
+    const auto bodies = synthetic::ledge_heap(cube, kSlopeCubeSize, 1, 10, 30e-3,
+                                              static_cast<std::uint64_t>(1000 + k));
+    const MeanHeight rise = wall_height_excess(bodies, right_ledge(), kSlopeCubeSize);
     sum += rise.value;
     squares += rise.value * rise.value;
     stated += rise.uncertainty * rise.uncertainty;

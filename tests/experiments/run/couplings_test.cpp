@@ -106,7 +106,7 @@ x = "coordinate"
 y = "reaction_force"
 )";
 
-std::string error_of(const std::string& text) {
+std::string coupling_error(const std::string& text) {
   try {
     read_case_text(text, "c.toml", ".");
   } catch (const InputError& e) {
@@ -169,24 +169,24 @@ TEST_F(CouplingCase, StopTheRunWhereTheyCannotBeMet) {
 
 TEST(CouplingReader, RefusesWhatTiesNothingInOneLine) {
   const auto with = [](const std::string& from, const std::string& to) {
-    return error_of(replaced(kRam, from, to));
+    return coupling_error(replaced(kRam, from, to));
   };
   const std::string between = "between = [\"rod\", \"piston\"]\nposition = \"160 0 0 mm\"\n",
                     ball = "kind = \"ball\"\n";
-  EXPECT_EQ(error_of(kRam), "");
+  EXPECT_EQ(coupling_error(kRam), "");
   EXPECT_THAT(with("\"rod\", \"piston\"", "\"rod\", \"pistol\""),
               HasSubstr("unknown motion frame \"pistol\""));
   EXPECT_THAT(with("\"rod\", \"piston\"", "\"rod\", \"rod\""), HasSubstr("two bodies"));
-  EXPECT_EQ(error_of(std::string(kRam) + kMeasures), "");
-  EXPECT_THAT(error_of(replaced(std::string(kRam) + kMeasures, "coupling = \"rod-piston\"",
-                                "coupling = \"rod-crank\"")),
+  EXPECT_EQ(coupling_error(std::string(kRam) + kMeasures), "");
+  EXPECT_THAT(coupling_error(replaced(std::string(kRam) + kMeasures, "coupling = \"rod-piston\"",
+                                      "coupling = \"rod-crank\"")),
               HasSubstr("unknown coupling \"rod-crank\""));
   EXPECT_EQ(with("\"rod\", \"piston\"", "\"rod\", \"world\""), "");
   EXPECT_THAT(with(ball, "kind = \"spring\"\n"), HasSubstr("c.toml:"));
   EXPECT_THAT(with(ball, "kind = \"slot\"\n"), HasSubstr("direction"));
   EXPECT_THAT(with(ball, "kind = \"gear\"\n"), HasSubstr("position"));
   const auto geared = [&](const std::string& keys) {
-    return error_of(replaced(replaced(kRam, ball, ""), between, keys));
+    return coupling_error(replaced(replaced(kRam, ball, ""), between, keys));
   };
   EXPECT_EQ(geared("kind = \"gear\"\nbetween = [\"crank\", \"rod\"]\nratio = -2\n"), "");
   EXPECT_EQ(geared("kind = \"gear\"\nbetween = [\"crank\", \"piston\"]\nratio = \"3 mm/rad\"\n"),

@@ -11,13 +11,13 @@
 #include "experiments/results/results_file.h"
 #include "experiments/run/run.h"
 #include "experiments/text/toml_document.h"
-#include "tests/app/hostile_inputs.h"
+#include "tests/app/robustness/hostile_inputs.h"
 #include "tests/support/results_folder.h"
 
 namespace firn {
 namespace {
 
-std::string read(const std::string& file) {
+std::string file_text(const std::string& file) {
   std::ostringstream text;
   text << std::ifstream(file).rdbuf();
   return text.str();
@@ -130,7 +130,7 @@ class ExtremeValues : public ResultsFolder {
     std::vector<std::string> cases = {cli::hostile::rich_case};
     for (const char* name : {"scene", "small_drain", "bonds", "two_boxes"})
       cases.push_back(
-          read(FIRN_SOURCE_DIR "/tests/fuzz/corpus/case/" + std::string(name) + ".toml"));
+          file_text(FIRN_SOURCE_DIR "/tests/fuzz/corpus/case/" + std::string(name) + ".toml"));
     std::mt19937_64 random(seed);
     int taken = 0;
     for (int i = 0; i < count; ++i) {

@@ -37,7 +37,8 @@ std::string box(const std::string& name, const std::string& size, const std::str
          size + " mm\"\nposition = \"" + position + " mm\"\n" + more + "\n";
 }
 
-std::string error_of(const std::string& scene, const std::vector<Override>& overrides = {}) {
+std::string interference_error(const std::string& scene,
+                               const std::vector<Override>& overrides = {}) {
   try {
     check_machine(read_case_text(kHead + scene, "c.toml", ".", overrides));
   } catch (const InputError& e) {
@@ -58,16 +59,17 @@ std::string blade(const std::string& post, const std::string& more = "") {
 
 TEST(MachineCheck, FindsWhatATurnRunsInto) {
   // 60 s a turn, in a case of 2 s: it comes 12 degrees far.
-  EXPECT_EQ(error_of(blade("0 90 0")), "");
-  EXPECT_THAT(error_of(blade("0 90 0"), {{"case.duration", "60 s"}}),
+  EXPECT_EQ(interference_error(blade("0 90 0")), "");
+  EXPECT_THAT(interference_error(blade("0 90 0"), {{"case.duration", "60 s"}}),
               MatchesRegex("c.toml:[0-9]+: boundaries.post: \"post\" overlaps boundary \"blade\" "
                            "1[0-9.]+ s after the start, by .* mm near .*; expected room between "
                            "them, or allow_overlap_with = ..blade.. where it does not matter"));
-  EXPECT_EQ(error_of(blade("0 120 0"), {{"case.duration", "60 s"}}), "");
-  EXPECT_THAT(error_of(blade("95 0 0")), HasSubstr("overlaps boundary \"blade\" at the start"));
-  EXPECT_EQ(error_of(blade("95 0 0", "allow_overlap_with = [\"post\"]\n")), "");
-  EXPECT_EQ(error_of(blade("106 0 0")), "");  // touches, and moves away
-  EXPECT_THAT(error_of(blade("95 0 0", "allow_overlap_with = [\"past\"]\n")),
+  EXPECT_EQ(interference_error(blade("0 120 0"), {{"case.duration", "60 s"}}), "");
+  EXPECT_THAT(interference_error(blade("95 0 0")),
+              HasSubstr("overlaps boundary \"blade\" at the start"));
+  EXPECT_EQ(interference_error(blade("95 0 0", "allow_overlap_with = [\"post\"]\n")), "");
+  EXPECT_EQ(interference_error(blade("106 0 0")), "");  // touches, and moves away
+  EXPECT_THAT(interference_error(blade("95 0 0", "allow_overlap_with = [\"past\"]\n")),
               HasSubstr("boundaries.blade.allow_overlap_with: unknown boundary \"past\""));
 }
 
@@ -77,14 +79,14 @@ TEST(MachineCheck, LeavesOutWhatIsFixedToEachOther) {
       "parent = \"f\"\n";
   const std::string crossed = box("a", "20 20 20", "0 0 0", "motion_frame = \"f\"") +
                               box("b", "20 20 20", "5 0 0", "motion_frame = \"g\"");
-  EXPECT_EQ(error_of(frame + kCube + crossed), "");
-  EXPECT_EQ(error_of(frame + kCube + crossed,
-                     {{"motion_frames.f.motions",
-                       "[{ kind = \"translation\", velocity = \"1 0 0 m/s\" }]"}}),
+  EXPECT_EQ(interference_error(frame + kCube + crossed), "");
+  EXPECT_EQ(interference_error(frame + kCube + crossed,
+                               {{"motion_frames.f.motions",
+                                 "[{ kind = \"translation\", velocity = \"1 0 0 m/s\" }]"}}),
             "");
-  EXPECT_THAT(error_of(frame + kCube + crossed,
-                       {{"motion_frames.g.motions",
-                         "[{ kind = \"translation\", velocity = \"1 0 0 m/s\" }]"}}),
+  EXPECT_THAT(interference_error(frame + kCube + crossed,
+                                 {{"motion_frames.g.motions",
+                                   "[{ kind = \"translation\", velocity = \"1 0 0 m/s\" }]"}}),
               HasSubstr("\"b\" overlaps boundary \"a\" at the start"));
 }
 
@@ -99,12 +101,12 @@ TEST(MachineCheck, FollowsWhatAStageStarts) {
       "[[stages]]\nname = \"pull\"\nmax_duration = \"1 s\"\n"
       "[[stages.motions]]\nmotion_frame = \"drawer\"\nkind = \"translation\"\n"
       "velocity = \"0.1 0 0 m/s\"\nends_with_stage = true\n";
-  EXPECT_THAT(error_of(scene),
+  EXPECT_THAT(interference_error(scene),
               MatchesRegex(".*\"door\" overlaps boundary \"tray\" 0.0?[0-9]+ s after the start in "
                            "stage \"pull\", by.*"));
-  EXPECT_EQ(error_of(scene, {{"stages.pull.remove", "[\"door\"]"}}), "");
-  EXPECT_THAT(error_of(scene, {{"stages.pull.remove", "[\"door\"]"},
-                               {"boundaries.floor.point", "0 0 -5 mm"}}),
+  EXPECT_EQ(interference_error(scene, {{"stages.pull.remove", "[\"door\"]"}}), "");
+  EXPECT_THAT(interference_error(scene, {{"stages.pull.remove", "[\"door\"]"},
+                                         {"boundaries.floor.point", "0 0 -5 mm"}}),
               HasSubstr("\"floor\" overlaps boundary \"tray\" at the start, by 5 mm"));
 }
 
@@ -117,16 +119,16 @@ TEST(MachineCheck, TakesFreeFramesWhereTheirDrivesDo) {
       "to = \"45 deg\"\n" +
       std::string(kCube) + box("bar", "100 10 10", "60 0 0", "motion_frame = \"arm\"") +
       box("mold", "20 20 20", "40 0 90");
-  EXPECT_EQ(error_of(scene), "");
+  EXPECT_EQ(interference_error(scene), "");
   EXPECT_THAT(
-      error_of(scene, {{"motion_frames.arm.free.joints.0.motors.0.to", "70 deg"}}),
+      interference_error(scene, {{"motion_frames.arm.free.joints.0.motors.0.to", "70 deg"}}),
       MatchesRegex(".*\"mold\" overlaps boundary \"bar\" with \"arm\" at [56][0-9.]+ deg.*"));
 }
 
 TEST(MachineCheck, RefusesParticlesInWalls) {
   const std::string scene = std::string(kCube) + box("floor", "100 100 20", "0 0 -10");
-  EXPECT_EQ(error_of(scene, {{"particles.0.position", "0 0 9.5 mm"}}), "");
-  EXPECT_THAT(error_of(scene, {{"particles.0.position", "0 0 8.5 mm"}}),
+  EXPECT_EQ(interference_error(scene, {{"particles.0.position", "0 0 9.5 mm"}}), "");
+  EXPECT_THAT(interference_error(scene, {{"particles.0.position", "0 0 8.5 mm"}}),
               MatchesRegex("c.toml:14: particles.0: particle 0 lies more than 1 mm inside boundary "
                            "\"floor\"; expected a free place"));
 }
@@ -153,11 +155,12 @@ TEST_F(MachineCheckRun, RefusesASourceInAWallHoweverSharpItsShapes) {
 
 TEST(SceneNames, AreUniqueAndNoPaths) {
   const std::string source = "[[inlets]]\nname = \"s\"\nshape = \"cube\"\nposition = \"0 0 0 m\"\n";
-  EXPECT_THAT(error_of(source + source), HasSubstr("inlets.1.name: \"s\" is taken already"));
+  EXPECT_THAT(interference_error(source + source),
+              HasSubstr("inlets.1.name: \"s\" is taken already"));
   for (const char* what : {"inlets.0.name", "stages.0.name"})
-    EXPECT_THAT(
-        error_of(source + "[[stages]]\nname = \"a\"\nmax_duration = \"1 s\"\n", {{what, "a/b"}}),
-        HasSubstr(".\"a/b\".name: is \"a/b\"; expected a name without slashes"));
+    EXPECT_THAT(interference_error(source + "[[stages]]\nname = \"a\"\nmax_duration = \"1 s\"\n",
+                                   {{what, "a/b"}}),
+                HasSubstr(".\"a/b\".name: is \"a/b\"; expected a name without slashes"));
 }
 
 // The shipped machine with one dimension wrong.

@@ -1,185 +1,31 @@
-// The scene language: frames, inlets, limit switches, sensors, tags, events, files that include
-// others.
+// The scene language in runs: frames, inlets, limit switches, sensors, tags, events.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <numeric>
+#include <string>
+#include <vector>
 
-#include "experiments/case_reader/read_case.h"
 #include "experiments/results/results_file.h"
 #include "experiments/run/run.h"
 #include "experiments/storage/hdf5_file.h"
+#include "tests/experiments/run/harvest_scene.h"
 #include "tests/support/results_folder.h"
 
 namespace firn {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::ElementsAre;
+using harvest_scene::complaint;
+using harvest_scene::kHarvest;
+using harvest_scene::kWalls;
+using harvest_scene::read;
 using testing::HasSubstr;
 
-constexpr const char* kMaterials = R"(
-[materials.ice]
-density = "916.7 kg/m^3"
-young_modulus = "2 MPa"
-[materials.plastic]
-young_modulus = "2 GPa"
-[interactions.ice-ice]
-static_friction = 0.1
-restitution = 0.2
-[interactions.ice-plastic]
-static_friction = 0.1
-restitution = 0.2
-[shapes.cube]
-kind = "box"
-size = "20 20 20 mm"
-material = "ice"
-rounding = "1 mm"
-)";
-
-// A shaft 22 mm wide.
-constexpr const char* kWalls = R"(
-[[boundaries]]
-name = "left"
-kind = "plane"
-material = "plastic"
-point = "-11 0 0 mm"
-normal = [1, 0, 0]
-[[boundaries]]
-name = "right"
-kind = "plane"
-material = "plastic"
-point = "11 0 0 mm"
-normal = [-1, 0, 0]
-[[boundaries]]
-name = "front"
-kind = "plane"
-material = "plastic"
-point = "0 -11 0 mm"
-normal = [0, 1, 0]
-[[boundaries]]
-name = "back"
-kind = "plane"
-material = "plastic"
-point = "0 11 0 mm"
-normal = [0, -1, 0]
-)";
-
-// An icemaker in small. A cube comes into a shaft every 0.3 s while a plate is held up; then the
-// plate is let go and rests on the column. Held high enough by it, it closes a limit switch; the
-// floor vanishes, and the cubes fall through a sensor.
-const std::string kHarvest = std::string(R"(
-[case]
-duration = "5 s"
-steps_per_loading = 6
-
-[[motion_frames]]
-name = "lift"
-[[motion_frames]]
-name = "plate"
-parent = "lift"
-position = "0 0 30 mm"
-[motion_frames.free]
-mass = "20 g"
-[[motion_frames.free.joints]]
-kind = "translation"
-direction = [0, 0, 1]
-lower = "0 mm"
-upper = "100 mm"
-
-[[boundaries]]
-name = "plate"
-kind = "box"
-material = "plastic"
-size = "20 20 10 mm"
-position = "0 0 35 mm"
-motion_frame = "plate"
-[[boundaries]]
-name = "floor"
-kind = "box"
-material = "plastic"
-size = "100 100 20 mm"
-position = "0 0 -10 mm"
-[[inlets]]
-name = "mold"
-shape = "cube"
-position = "0 0 72 mm"
-interval = "0.3 s"
-start = "0.1 s"
-batches = 20
-stage = "harvest"
-tag = 10
-tag_mode = "batch"
-
-[[limit_switches]]
-name = "full"
-motion_frame = "plate"
-closes_at = "25 mm"
-hysteresis = "5 mm"
-hold_time = "120 ms"
-
-[[sensors]]
-name = "below"
-point = "0 0 -30 mm"
-normal = [0, 0, -1]
-
-[[outlets]]
-name = "bottom"
-point = "0 0 -200 mm"
-normal = [0, 0, -1]
-
-[[tag_rules]]
-stage = "drop"
-axis = "z"
-bins = 4
-first = 1
-region_min = "-20 -20 0 mm"
-region_max = "20 20 80 mm"
-
-[[stages]]
-name = "harvest"
-end_when = "switch"
-switch = "full"
-max_duration = "4 s"
-[[stages.motors]]
-motion_frame = "plate"
-speed = "1 m/s"
-target = "80 mm"
-stop = "0.15 s"
-period = "0.3 s"
-[[stages]]
-name = "drop"
-end_when = ["passed", "settled"]
-sensor = "below"
-count = 3
-min_duration = "0.01 s"
-max_duration = "1 s"
-remove_boundaries = ["floor"]
-)") + kWalls;
-
-class SceneTest : public ResultsFolder {
- protected:
-  void write(const std::string& name, const std::string& text) const {
-    fs::create_directories((directory_ / name).parent_path());
-    std::ofstream(directory_ / name) << text;
-  }
-};
-
-Case read(const std::string& text, const std::vector<Override>& overrides = {}) {
-  return read_case_text(std::string(text) + kMaterials, "scene.toml", ".", overrides);
-}
-
-std::string complaint(const std::string& text, const std::vector<Override>& overrides = {}) {
-  try {
-    read(text, overrides);
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "none";
-}
+class SceneTest : public ResultsFolder {};
 
 // A closed outlet is a result: the run ends in time, and says how far it came.
 TEST_F(SceneTest, WaitingForWhatNeverComesStatesHowManyCame) {
@@ -426,137 +272,6 @@ max_duration = "1.5 s"
                "stall_hold = \"0.1 s\"\nmax_duration = \"20 ms\"");  // before it touches
   const RunSummary unhindered = run(read(free), options("free.h5"));
   EXPECT_EQ(stalled(unhindered), std::vector<double>{0}) << unhindered.reason;
-}
-
-TEST_F(SceneTest, FilesIncludeOthers) {
-  write("lib/parts.toml", R"(
-[shapes.other]
-kind = "mesh"
-file = "cube.stl"
-length_unit = "mm"
-material = "ice"
-[[boundaries]]
-name = "floor"
-kind = "plane"
-material = "plastic"
-normal = [0, 0, 1]
-[[boundaries]]
-name = "lid"
-kind = "plane"
-material = "plastic"
-normal = [0, 0, -1]
-point = "0 0 1 m"
-)");
-  write("lib/machine.toml", std::string("include = \"parts.toml\"\n") + kMaterials);
-  write("case.toml", R"(
-include = ["lib/machine.toml"]
-[case]
-duration = "1 ms"
-[materials.ice]
-young_modulus = "3 MPa"
-[[boundaries]]
-name = "lid"
-point = "0 0 2 m"
-[[boundaries]]
-name = "wall"
-kind = "plane"
-material = "plastic"
-normal = [1, 0, 0]
-point = "-1 0 0 m"
-[[particles]]
-shape = "cube"
-position = "0 0 0.5 m"
-)");
-  // The path of the mesh is relative to the file that names it.
-  const std::string file = (directory_ / "case.toml").string();
-  try {
-    read_case(file);
-    FAIL();
-  } catch (const InputError& e) {
-    EXPECT_THAT(e.what(), HasSubstr("lib/parts.toml:"));
-    EXPECT_THAT(e.what(), HasSubstr("lib/cube.stl"));
-  }
-  const Case c = read_case(file, {{"shapes.other",
-                                   "{ kind = \"sphere\", radius = \"1 cm\", "
-                                   "material = \"ice\" }"}});
-  ASSERT_EQ(c.model.boundaries.size(), 3u);
-  EXPECT_EQ(c.model.boundaries[0].name, "floor");
-  EXPECT_EQ(c.model.boundaries[1].name, "lid");  // changed, not added
-  EXPECT_DOUBLE_EQ(c.model.boundaries[1].origin.z(), 2);
-  EXPECT_EQ(c.model.boundaries[2].name, "wall");
-  EXPECT_DOUBLE_EQ(c.model.materials[0].young_modulus, 3e6);
-  EXPECT_DOUBLE_EQ(c.model.materials[0].density, 916.7);
-  // What was read needs the files no more.
-  EXPECT_EQ(c.resolved.find("include"), std::string::npos);
-  EXPECT_EQ(read_case_text(c.resolved, "again.toml", "/").resolved, c.resolved);
-
-  const auto error = [&](const std::string& text) -> std::string {
-    write("bad.toml", text);
-    try {
-      read_case((directory_ / "bad.toml").string());
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "none";
-  };
-  EXPECT_THAT(error("\ninclude = \"nowhere.toml\""), HasSubstr("bad.toml:2: include: "));
-  EXPECT_THAT(error("include = 3"), HasSubstr("is the bare number 3; expected the name of a file"));
-  EXPECT_THAT(error("include = \"bad.toml\""), HasSubstr("expected no circle"));
-  write("lib/broken.toml", "\n\n[[boundaries]]\nname = \"x\"\nkind = \"plank\"");
-  EXPECT_THAT(error("include = \"lib/broken.toml\"\n[case]\nduration = \"1 s\"\n" +
-                    std::string(kMaterials)),
-              HasSubstr("lib/broken.toml:5: boundaries.x.kind"));
-}
-
-TEST_F(SceneTest, MistakesAreNamed) {
-  const auto set = [](const char* path, const char* value) {
-    return complaint(kHarvest, {{path, value}});
-  };
-  EXPECT_EQ(complaint(kHarvest), "none");
-  EXPECT_THAT(set("boundaries.plate.motion_frame", "plait"),
-              HasSubstr("unknown motion frame \"plait\"; the nearest known one is \"plate\""));
-  EXPECT_THAT(set("motion_frames.plate.parent", "hook"), HasSubstr("unknown motion frame"));
-  EXPECT_THAT(set("motion_frames.lift.parent", "plate"), HasSubstr("unknown motion frame"));
-  EXPECT_THAT(set("motion_frames.plate.free.joints.0.lower", "1 mm"), HasSubstr("leaves out 0"));
-  EXPECT_THAT(set("motion_frames.plate.free.joints.0.lower", "1 deg"), HasSubstr("a length"));
-  EXPECT_THAT(set("motion_frames.plate.free.joints.0.bearing_length", "20 mm"),
-              HasSubstr("has no use; expected a friction_coefficient"));
-  EXPECT_THAT(set("motion_frames.plate.free.joints.0.friction_coefficient", "-0.1"),
-              HasSubstr("expected at least 0"));
-  EXPECT_EQ(set("motion_frames.plate.free.joints.0.friction_coefficient", "0.1"), "none");
-  EXPECT_THAT(
-      complaint(kHarvest, {{"motion_frames.plate.free.joints.0.friction_coefficient", "0.1"},
-                           {"motion_frames.plate.free.joints.0.bearing_radius", "3 mm"}}),
-      HasSubstr("expected a joint of the kind \"rotation\""));
-  EXPECT_THAT(set("motion_frames.plate.free.density", "1 kg/m^3"),
-              HasSubstr("expected one of mass and density"));
-  EXPECT_THAT(set("stages.harvest.switch", "empty"), HasSubstr("unknown switch"));
-  EXPECT_THAT(set("stages.harvest.until", "later"), HasSubstr("expected one of time, settled"));
-  EXPECT_THAT(set("stages.harvest.gate", "below"),
-              HasSubstr("without end_when = \"passed\"; expected both"));
-  EXPECT_THAT(set("stages.drop.mass", "1 kg"), HasSubstr("one of count and mass"));
-  EXPECT_THAT(set("stages.harvest.motors.0.motion_frame", "lift"), HasSubstr("has no joint 0"));
-  EXPECT_THAT(set("stages.harvest.motors.0.every", "0.1 s"), HasSubstr("shorter than what is"));
-  EXPECT_THAT(set("sources.mold.stage", "harvst"),
-              HasSubstr("the nearest known one is \"harvest\""));
-  EXPECT_THAT(set("sources.mold.interval", "0 s"), HasSubstr("expected the time between them"));
-  EXPECT_THAT(set("tags.0.stage", "dropp"), HasSubstr("unknown stage"));
-  EXPECT_THAT(set("switches.full.motion_frame", "lift"), HasSubstr("expected one of a free body"));
-  EXPECT_THAT(set("gates.below.region_min", "0 0 0 m"), HasSubstr("either region_min"));
-  // A prescribed motion on a free frame.
-  EXPECT_THAT(set("boundaries.plate.motions",
-                  "[{ kind = \"vibration\", direction = [0, 0, 1], amplitude = \"1 mm\", "
-                  "frequency = \"50 Hz\" }]"),
-              "none");
-  const std::string motion = "motion_frames.lift.motions";
-  EXPECT_THAT(set(motion.c_str(),
-                  "[{ kind = \"translation_table\", direction = [0, 0, 1], times = "
-                  "[\"0 s\", \"1 s\", \"0.5 s\"], positions = [\"0 m\", \"0 m\", \"0 m\"] }]"),
-              HasSubstr("each later than the one before"));
-  EXPECT_THAT(set(motion.c_str(),
-                  "[{ kind = \"translation_table\", direction = [0, 0, 1], times = "
-                  "[\"0 s\", \"1 ms\"], positions = [\"0 m\", \"1 m\"] }]"),
-              HasSubstr("jump from 0 to 1 m"));
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 #include <random>
 
 #include "experiments/system/process.h"
-#include "experiments/text/csv_reader.h"
+#include "experiments/text/csv/csv_reader.h"
 #include "tests/support/scratch_folder.h"
 
 namespace firn {

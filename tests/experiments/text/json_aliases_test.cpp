@@ -87,7 +87,9 @@ TEST(JsonAliases, OldNamesAreNoCurrentNames) {
     const auto at = [&](std::string_view name) {
       return std::string(k.document) + ' ' + std::string(k.path) + ' ' + std::string(name);
     };
-    EXPECT_TRUE(current.insert(at(k.name)).second) << k.name;
+    // A name may have changed twice, but the first names of records must be known.
+    const bool once = current.insert(at(k.name)).second;
+    EXPECT_TRUE(once || k.document != "material record") << k.name;
     EXPECT_TRUE(first.insert(at(k.old_name)).second) << k.old_name;
   }
   for (const std::string& name : first) EXPECT_FALSE(current.contains(name)) << name;

@@ -7,6 +7,9 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <string>
+
+#include "experiments/text/units.h"
 
 namespace firn {
 namespace {
@@ -47,6 +50,17 @@ TEST(NumberText, UncertaintyDecidesTheDigits) {
   EXPECT_EQ(measured_text(std::nan(""), 1), "undefined");
 }
 
+TEST(NumberText, RoundingErrorsOfZeroAreZero) {
+  EXPECT_EQ(without_rounding_error(-3.6e-25, 1e-9), 0);
+  EXPECT_EQ(without_rounding_error(3.6e-25, -1), 0);
+  EXPECT_EQ(without_rounding_error(2e-6, 1), 2e-6);
+  EXPECT_EQ(without_rounding_error(-3.6e-25, 1e-25),
+            -3.6e-25);  // as large as what it is held against
+  EXPECT_EQ(without_rounding_error(-3.6e-25, 0), -3.6e-25);
+  EXPECT_TRUE(std::isnan(without_rounding_error(std::nan(""), 1)));
+  EXPECT_EQ(number_text(without_rounding_error(-3.6e-25, 1)), "0");
+}
+
 // What is printed is the number to within half of its last digit, and never longer than readable.
 TEST(NumberText, IsTheNumberRounded) {
   std::mt19937 random(3);
@@ -71,6 +85,56 @@ TEST(NumberText, IsTheNumberRounded) {
     EXPECT_NEAR(shown_sd, sd, 0.0501 * sd + 1e-15 * std::abs(value)) << both;
     EXPECT_NEAR(shown, value, 0.0501 * sd + 5.01e-6 * std::abs(value)) << both;
   }
+}
+
+// What is below the resolution of its unit is 0; anything else keeps all of its digits.
+TEST(NumberText, RoundingErrorIsZero) {
+  struct Member {
+    const char* unit;
+    double least;  // in the unit
+  };
+  const Member members[] = {{"rad", 1e-9},    {"deg", 1e-9 * 180 / M_PI},
+                            {"mrad", 1e-6},   {"m", 1e-12},
+                            {"mm", 1e-9},     {"in", 1e-12 / 0.0254},
+                            {"m/s", 1e-12},   {"mm/s", 1e-9},
+                            {"rad/s", 1e-9},  {"rpm", 1e-9 * 30 / M_PI},
+                            {"m/s^2", 1e-12}, {"m/s\u00b2", 1e-12},
+                            {"s", 1e-12},     {"N", 1e-15},
+                            {"N m", 1e-16},   {"N\u00b7m", 1e-16},
+                            {"J", 1e-20},     {"kg", 1e-20},
+                            {"g", 1e-17},     {"1", 1e-15},
+                            {"", 1e-15}};
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> decades(0.01, 20);
+  for (const Member& m : members) {
+    for (int i = 0; i < 200; ++i) {
+      const double sign = i % 2 == 0 ? 1 : -1;
+      const double below = sign * m.least * std::pow(10, -decades(random));
+      const double above = sign * m.least * std::pow(10, decades(random));
+      EXPECT_EQ(resolved(below, m.unit), 0) << below << " " << m.unit;
+      EXPECT_EQ(resolved(above, m.unit), above) << above << " " << m.unit;
+      EXPECT_EQ(measured_text(below, 0, m.unit), "0" + unit_suffix(m.unit));
+      EXPECT_EQ(measured_text(below, below / 3, m.unit), "0" + unit_suffix(m.unit));
+      EXPECT_EQ(measured_text(above, std::abs(below), m.unit),
+                number_text(above) + unit_suffix(m.unit));
+    }
+  }
+  // Where it is not known what a value can mean.
+  for (const char* unit : {"1/s", "Pa m^0.5", "widgets", "%", "kg/m^3"}) {
+    EXPECT_EQ(resolution(unit), 0) << unit;
+    EXPECT_EQ(resolved(1e-30, unit), 1e-30) << unit;
+  }
+  EXPECT_TRUE(std::isnan(resolved(std::nan(""), "m")));
+  EXPECT_EQ(resolved(-INFINITY, "m"), -INFINITY);
+}
+
+// One spelling, whichever was read.
+TEST(NumberText, UnitsHaveOneSpelling) {
+  EXPECT_EQ(unit_text("cm\u00b3"), "cm^3");
+  EXPECT_EQ(unit_text("cm^3"), "cm^3");
+  EXPECT_EQ(unit_suffix("kg/m\u00b3"), " kg/m^3");
+  EXPECT_EQ(axis_label("rate", "s\u207b\u00b9"), "rate / s^-1");
+  EXPECT_EQ(unit_text("1"), "");
 }
 
 TEST(NumberText, ShortensNumbersOfToml) {

@@ -1,4 +1,4 @@
-#include "experiments/text/csv_reader.h"
+#include "experiments/text/csv/csv_reader.h"
 
 #include <csv.h>
 #include <fmt/format.h>

@@ -1,0 +1,140 @@
+// Cases that include other files.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "experiments/case/case.h"
+#include "experiments/case_reader/read_case.h"
+#include "tests/support/scratch_folder.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+constexpr const char* kMaterials = R"(
+[materials.ice]
+density = "916.7 kg/m^3"
+young_modulus = "2 MPa"
+[materials.plastic]
+young_modulus = "2 GPa"
+[interactions.ice-ice]
+static_friction = 0.1
+restitution = 0.2
+[interactions.ice-plastic]
+static_friction = 0.1
+restitution = 0.2
+[shapes.cube]
+kind = "box"
+size = "20 20 20 mm"
+material = "ice"
+rounding = "1 mm"
+)";
+
+// A mesh that does not exist, a floor and a lid.
+constexpr const char* kParts = R"(
+[shapes.other]
+kind = "mesh"
+file = "cube.stl"
+length_unit = "mm"
+material = "ice"
+[[boundaries]]
+name = "floor"
+kind = "plane"
+material = "plastic"
+normal = [0, 0, 1]
+[[boundaries]]
+name = "lid"
+kind = "plane"
+material = "plastic"
+normal = [0, 0, -1]
+point = "0 0 1 m"
+)";
+
+// Moves the lid, and adds a wall.
+constexpr const char* kIncluding = R"(
+include = ["lib/machine.toml"]
+[case]
+duration = "1 ms"
+[materials.ice]
+young_modulus = "3 MPa"
+[[boundaries]]
+name = "lid"
+point = "0 0 2 m"
+[[boundaries]]
+name = "wall"
+kind = "plane"
+material = "plastic"
+normal = [1, 0, 0]
+point = "-1 0 0 m"
+[[particles]]
+shape = "cube"
+position = "0 0 0.5 m"
+)";
+
+class IncludedFiles : public testing::Test {
+ protected:
+  IncludedFiles() {
+    write("lib/parts.toml", kParts);
+    write("lib/machine.toml", std::string("include = \"parts.toml\"\n") + kMaterials);
+    write("case.toml", kIncluding);
+  }
+  void write(const std::string& name, const std::string& text) const {
+    fs::create_directories((folder_.path() / name).parent_path());
+    std::ofstream(folder_.path() / name) << text;
+  }
+  std::string error_of(const std::string& name) const {
+    try {
+      read_case(folder_ / name);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "none";
+  }
+  std::string error_of_text(const std::string& text) const {
+    write("bad.toml", text);
+    return error_of("bad.toml");
+  }
+
+  const test::ScratchFolder folder_{"included"};
+};
+
+// The path of the mesh is relative to the file that names it.
+TEST_F(IncludedFiles, PathsAreRelativeToTheFileThatHasThem) {
+  EXPECT_THAT(error_of("case.toml"), HasSubstr("lib/parts.toml:"));
+  EXPECT_THAT(error_of("case.toml"), HasSubstr("lib/cube.stl"));
+}
+
+TEST_F(IncludedFiles, TablesAreMerged) {
+  const Case c = read_case(folder_ / "case.toml", {{"shapes.other",
+                                                    "{ kind = \"sphere\", radius = \"1 cm\", "
+                                                    "material = \"ice\" }"}});
+  ASSERT_EQ(c.model.boundaries.size(), 3u);
+  EXPECT_EQ(c.model.boundaries[0].name, "floor");
+  EXPECT_EQ(c.model.boundaries[1].name, "lid");  // changed, not added
+  EXPECT_DOUBLE_EQ(c.model.boundaries[1].origin.z(), 2);
+  EXPECT_EQ(c.model.boundaries[2].name, "wall");
+  EXPECT_DOUBLE_EQ(c.model.materials[0].young_modulus, 3e6);
+  EXPECT_DOUBLE_EQ(c.model.materials[0].density, 916.7);
+  // What was read needs the files no more.
+  EXPECT_EQ(c.resolved.find("include"), std::string::npos);
+  EXPECT_EQ(read_case_text(c.resolved, "again.toml", "/").resolved, c.resolved);
+}
+
+TEST_F(IncludedFiles, MistakesAreNamed) {
+  EXPECT_THAT(error_of_text("\ninclude = \"nowhere.toml\""), HasSubstr("bad.toml:2: include: "));
+  EXPECT_THAT(error_of_text("include = 3"),
+              HasSubstr("is the bare number 3; expected the name of a file"));
+  EXPECT_THAT(error_of_text("include = \"bad.toml\""), HasSubstr("expected no circle"));
+  write("lib/broken.toml", "\n\n[[boundaries]]\nname = \"x\"\nkind = \"plank\"");
+  EXPECT_THAT(error_of_text("include = \"lib/broken.toml\"\n[case]\nduration = \"1 s\"\n" +
+                            std::string(kMaterials)),
+              HasSubstr("lib/broken.toml:5: boundaries.x.kind"));
+}
+
+}  // namespace
+}  // namespace firn
