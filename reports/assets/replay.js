@@ -13,7 +13,9 @@ const FirnReplay = (() => {
       this.t = replay.start;
       this.playing = false;
       this.modes = modesOf(replay);
-      this.mode = new Set(replay.batch.filter((b) => b >= 0)).size > 1 ? 'batch' : 'tag';
+      this.chosen = -1;  // boundary
+      this.mode = ['batch', 'tag', 'shape'].find((key) => !this.modes[key].swatches || this.modes[key].swatches.length > 1) ||
+          'tag';
       // Pixels of the picture for each pixel of the page, while paused and while playing.
       this.pixelRatio = this.playingPixelRatio = Math.min(2, devicePixelRatio || 1);
       this.build();
@@ -68,7 +70,10 @@ const FirnReplay = (() => {
       this.legend = make('div', {class: 'replay-legend'});
       this.opacity = make('input', {type: 'range', min: '0.05', max: '1', step: '0.05', value: '0.25',
           input: () => { this.view.setOpacity(Number(this.opacity.value)); this.ask(); }});
+      this.labels = make('div', {class: 'replay-labels', 'aria-hidden': 'true'});
       this.boundaryList = make('div', {class: 'replay-list'});
+      this.boundaryHere = make('output', {class: 'replay-here'});
+      this.names = make('input', {type: 'checkbox', change: () => this.ask()});
       this.particleInput = make('input', {type: 'number', min: '0', max: r.particles - 1, step: '1',
           change: () => this.select(this.particleInput.value === '' ? -1 : Number(this.particleInput.value))});
       this.facts = make('dl', {'aria-live': 'polite'});
@@ -76,6 +81,7 @@ const FirnReplay = (() => {
       const side = make('div', {class: 'replay-side'},
           make('fieldset', {class: 'replay-colors'}, make('legend', {}, 'Colors'), make('label', {}, 'by ', this.color), this.legend),
           make('fieldset', {}, make('legend', {}, 'Boundaries'), this.boundaryList,
+               this.boundaryHere, make('label', {class: 'replay-names'}, this.names, ' names in the picture'),
                make('label', {class: 'replay-opacity'}, 'opacity ', this.opacity)),
           make('fieldset', {}, make('legend', {}, 'One particle'),
                make('label', {}, 'number ', this.particleInput), this.facts),
@@ -84,12 +90,12 @@ const FirnReplay = (() => {
       const hint = make('p', {class: 'replay-hint', id: `${this.root.id}-hint`},
           matchMedia('(pointer: coarse)').matches
               ? 'Tap the picture, then turn it with one finger, move it with two, pinch to come near; tap a particle ' +
-                'for its facts and its path. Tap outside the picture to scroll over it again. '
+                'for its facts and its path, a boundary for its name. Tap outside the picture to scroll over it again. '
               : 'Drag to turn, with Shift or two fingers to move; wheel (after a click) or pinch to come near; click ' +
-                'a particle for its facts and its path. ',
+                'a particle for its facts and its path, a boundary for its name. ',
           'Keys: arrows turn, with Shift they move, + and \u2212 zoom, space ' +
-          'plays, comma and full stop step, Home shows the whole scene.');
-      this.parts = [make('div', {class: 'replay-stage'}, this.canvas), bar, side, hint];
+          'plays, comma and full stop step, N shows the names of boundaries, Home the whole scene.');
+      this.parts = [make('div', {class: 'replay-stage'}, this.canvas, this.labels), bar, side, hint];
       this.root.append(...this.parts);
     }
 
@@ -97,11 +103,32 @@ const FirnReplay = (() => {
       this.boxes = this.view.boundaries.map((boundary, b) => {
         const box = make('input', {type: 'checkbox', checked: '',
             change: () => this.want(b, box.checked)});
-        this.boundaryList.append(make('label', {}, box, make('span', {class: 'replay-swatch',
-            style: `background: ${boundary.color}`}), ' ', this.r.boundaries[b].name));
+        const on = () => this.highlight(b), off = () => this.highlight(this.chosen);
+        this.boundaryList.append(make('label', {mouseenter: on, mouseleave: off, focusin: on, focusout: off}, box,
+            make('span', {class: 'replay-swatch', style: `background: ${boundary.color}`}), ' ', this.r.boundaries[b].name));
         return box;
       });
-      if (!this.boxes.length) this.boundaryList.append('none');
+      if (this.boxes.length) return;
+      this.boundaryList.append('none');
+      this.names.parentElement.hidden = true;
+    }
+
+    // A boundary in the picture and in the list, while it is pointed at or has the focus; -1: none.
+    highlight(b) {
+      this.view.highlight(b);
+      this.boxes.forEach((box, i) => box.parentElement.classList.toggle('replay-strong', i === b));
+      this.ask();
+    }
+    // The same until another one is chosen.
+    choose(b) {
+      this.chosen = b;
+      this.boundaryHere.value = b < 0 ? '' : `Here: ${this.r.boundaries[b].name}`;
+      this.highlight(b);
+    }
+    boundaryLabels() {
+      return this.r.boundaries
+          .map(({name}, b) => ({text: name, at: this.view.middleOf(b), strong: b === this.view.highlighted}))
+          .filter(({at, strong}) => at && (strong || this.names.checked));
     }
 
     // Lists fills, inlets, sensors, outlets and axes by kind. Shown ones have labels in the picture.
@@ -125,8 +152,6 @@ const FirnReplay = (() => {
       if (!list.childNodes.length) return;
       panel.append(list);
       this.boundaryList.parentElement.after(panel);
-      this.labels = make('div', {class: 'replay-labels', 'aria-hidden': 'true'});
-      this.canvas.after(this.labels);
     }
 
     want(b, wanted) {
@@ -142,10 +167,13 @@ const FirnReplay = (() => {
       const mode = this.modes[key];
       this.legend.replaceChildren();
       if (mode.swatches) {
-        for (const [color, text] of mode.swatches) {
+        // One kind needs no legend.
+        for (const [color, text] of mode.swatches.length > 1 ? mode.swatches : []) {
           this.legend.append(make('span', {class: 'replay-kind'},
               make('span', {class: 'replay-swatch', style: `background: ${color}`}), ' ', text));
         }
+      } else if (!(mode.high > mode.low)) {
+        this.legend.append(`the same for all: ${round(mode.low)}${mode.unit ? ` ${mode.unit}` : ''}`);
       } else {
         const unit = mode.unit ? ` ${mode.unit}` : '';
         this.legend.append(make('div', {class: 'replay-scale', style: `background: ${SCALE_CSS}`}),
@@ -220,7 +248,8 @@ const FirnReplay = (() => {
       this.view.show(this.t, this.modes[this.mode].write);
       this.view.render(width, height, this.playing ? this.playingPixelRatio : this.pixelRatio,
                        getComputedStyle(this.root).getPropertyValue('--stage').trim());
-      if (this.labels) this.view.markers.label(this.labels, this.view.camera, width, height);
+      FirnReplayMarkers.placeLabels(this.labels, [...this.boundaryLabels(), ...this.view.markers.labels()],
+                                    this.view.camera, width, height);
       const stage = this.r.stages.filter((s) => s.start <= this.t).pop();
       const text = `${this.t.toFixed(this.r.end - this.r.start < 5 ? 3 : 2)} s` + (stage ? ` \u00b7 ${stage.name}` : '');
       if (this.clock.value !== text) this.clock.value = text;
@@ -246,7 +275,7 @@ const FirnReplay = (() => {
       addFact('shape', r.shapes[r.shape[id]].name);
       addFact('tag', String(r.tag[id]));
       if (r.batch[id] >= 0) addFact('batch', String(r.batch[id]));
-      addFact('came at', Number.isNaN(r.came[id]) ? 'has not come' : `${round(r.came[id], 4)} s`);
+      addFact('inserted at', Number.isNaN(r.came[id]) ? 'not yet' : `${round(r.came[id], 4)} s`);
       for (const sensor of r.sensors) {
         if (!Number.isNaN(sensor.time[id])) addFact(`in "${sensor.name}"`, `${round(sensor.time[id], 4)} s`);
       }
@@ -322,8 +351,12 @@ const FirnReplay = (() => {
         return;
       }
       const {particle, distance} = this.view.pick(x, y);
-      if (triangle && triangle.distance < distance) this.maps.show(triangle);
-      else this.select(particle);
+      if (triangle && triangle.distance < distance) {
+        this.maps.show(triangle);
+      } else {
+        this.select(particle);
+        this.choose(particle < 0 ? this.view.pickBoundary(x, y) : -1);
+      }
     }
     key(e) {
       const orbit = this.view.orbit, arrows = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1]};
@@ -337,7 +370,8 @@ const FirnReplay = (() => {
       else if (e.key === ',') this.step(-1);
       else if (e.key === '.') this.step(1);
       else if (e.key === 'Home') this.view.frame();
-      else if (e.key === 'Escape') this.select(-1);
+      else if (e.key === 'n' || e.key === 'N') this.names.checked = !this.names.checked;
+      else if (e.key === 'Escape') { this.select(-1); this.choose(-1); }
       else return false;
       this.ask();
       return true;
@@ -356,6 +390,7 @@ const FirnReplay = (() => {
           this.boxes[b].checked = boundary.wanted;
         });
       }
+      if (given.has('names')) this.names.checked = given.get('names') === '1';
       if (number('opacity') > 0) {
         this.opacity.value = number('opacity');
         this.view.setOpacity(Number(this.opacity.value));
@@ -393,6 +428,7 @@ const FirnReplay = (() => {
       if (this.markBoxes && this.markBoxes.size)
         parts.marks = [...this.markBoxes].filter(([, box]) => box.checked).map(([kind]) => kind).join(',');
       if (this.partsBox && this.partsBox.checked) parts.parts = 1;
+      if (this.names.checked) parts.names = 1;
       if (this.view.selected >= 0) parts.particle = this.view.selected;
       parts.opacity = round(this.view.opacity);
       parts.view = [o.azimuth, o.elevation, o.distance, o.target.x, o.target.y, o.target.z].map((v) => round(v, 4)).join(',');

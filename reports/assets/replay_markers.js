@@ -115,27 +115,34 @@ const FirnReplayMarkers = (() => {
       for (const {marker, group} of this.list) if (marker.kind === kind) group.visible = wanted;
     }
 
-    // Places the names of shown markers as elements over the picture.
-    label(root, camera, width, height) {
-      const shown = this.list.filter((m) => m.group.visible).slice(0, 40);
-      while (root.childNodes.length < shown.length) root.append(document.createElement('span'));
-      while (root.childNodes.length > shown.length) root.lastChild.remove();
-      const point = new THREE.Vector3(), taken = [];
-      shown.forEach(({marker, at}, i) => {
-        const span = root.childNodes[i];
-        point.copy(at).project(camera);
-        const text = marker.name ? `${marker.kind}: ${marker.name}` : marker.kind;
-        if (span.textContent !== text) span.textContent = text;
-        const x = (0.5 + 0.5 * point.x) * width, half = 3.5 * text.length;
-        let y = (0.5 - 0.5 * point.y) * height;
-        while (taken.some((t) => Math.abs(t.x - x) < t.half + half && Math.abs(t.y - y) < 18)) y += 18;
-        taken.push({x, y, half});
-        span.style.left = `${x}px`;
-        span.style.top = `${y}px`;
-        span.hidden = point.z > 1;
-      });
+    // The names of shown markers and where they stand.
+    labels() {
+      return this.list.filter((m) => m.group.visible)
+          .map(({marker, at}) => ({text: marker.name ? `${marker.kind}: ${marker.name}` : marker.kind, at}));
     }
   }
 
-  return {Markers, apart};
+  // Places texts {text, at, strong} as elements over the picture, none over another one.
+  const placeLabels = (root, labels, camera, width, height) => {
+    const shown = labels.slice(0, 40);
+    while (root.childNodes.length < shown.length) root.append(document.createElement('span'));
+    while (root.childNodes.length > shown.length) root.lastChild.remove();
+    const point = new THREE.Vector3(), taken = [];
+    shown.forEach(({text, at, strong}, i) => {
+      const span = root.childNodes[i];
+      point.copy(at).project(camera);
+      if (span.textContent !== text) span.textContent = text;
+      span.classList.toggle('replay-strong', Boolean(strong));
+      const half = Math.min(3.5 * text.length + 5, 0.5 * width);
+      let x = (0.5 + 0.5 * point.x) * width, y = (0.5 - 0.5 * point.y) * height;
+      if (x >= 0 && x <= width) x = Math.min(Math.max(x, half), width - half);  // whole in the picture
+      while (taken.some((t) => Math.abs(t.x - x) < t.half + half && Math.abs(t.y - y) < 18)) y += 18;
+      taken.push({x, y, half});
+      span.style.left = `${x}px`;
+      span.style.top = `${y}px`;
+      span.hidden = point.z > 1;
+    });
+  };
+
+  return {Markers, placeLabels, apart};
 })();

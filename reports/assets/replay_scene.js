@@ -48,66 +48,6 @@ const FirnReplayScene = (() => {
     return /swiftshader|llvmpipe|software|basic render/i.test(name);
   };
 
-  // Turns about a target, z up. Angles in rad.
-  class Orbit {
-    constructor(camera) {
-      this.camera = camera;
-      this.target = new THREE.Vector3();
-    }
-    // All of a box, from a little above and the front.
-    frame(box, aspect) {
-      const size = box.getSize(new THREE.Vector3()), corner = new THREE.Vector3();
-      box.getCenter(this.target);
-      this.radius = 0.5 * size.length();
-      this.azimuth = -1.05;
-      this.elevation = 0.42;
-      this.distance = 1;
-      this.apply(aspect);
-      const high = Math.tan(this.camera.fov * Math.PI / 360), m = this.camera.matrix.elements;
-      const along = (k) => corner.x * m[k] + corner.y * m[k + 1] + corner.z * m[k + 2];
-      for (let n = 0; n < 8; ++n) {
-        corner.set(n & 1 ? size.x : -size.x, n & 2 ? size.y : -size.y, n & 4 ? size.z : -size.z).multiplyScalar(0.5);
-        const wanted = along(8) + Math.max(Math.abs(along(4)) / high, Math.abs(along(0)) / (high * aspect));
-        this.distance = Math.max(n ? this.distance : 0, 1.03 * wanted);
-      }
-    }
-    // A point from a direction.
-    from(point, direction, distance) {
-      this.target.copy(point);
-      if (Math.hypot(direction.x, direction.y) > 1e-3) this.azimuth = Math.atan2(direction.y, direction.x);
-      this.elevation = Math.max(-1.4, Math.min(1.4, Math.asin(direction.z)));
-      this.distance = distance;
-    }
-    turn(right, up) {
-      this.azimuth -= right;
-      this.elevation = Math.max(-1.55, Math.min(1.55, this.elevation + up));
-    }
-    zoom(factor) {
-      this.distance = Math.max(0.02 * this.radius, Math.min(20 * this.radius, factor * this.distance));
-    }
-    // Shares of the picture's height.
-    pan(right, up) {
-      const reach = 2 * this.distance * Math.tan(this.camera.fov * Math.PI / 360);
-      const m = this.camera.matrix.elements;
-      for (const [axis, k] of [['x', 0], ['y', 1], ['z', 2]]) {
-        this.target[axis] += reach * (-right * m[k] - up * m[4 + k]);
-      }
-    }
-    apply(aspect) {
-      const c = this.camera, flatness = Math.cos(this.elevation);
-      const distance = this.distance;
-      c.position.set(Math.cos(this.azimuth) * flatness, Math.sin(this.azimuth) * flatness,
-                     Math.sin(this.elevation)).multiplyScalar(distance).add(this.target);
-      c.near = 0.01 * distance;
-      c.far = distance + 30 * this.radius;
-      c.aspect = aspect;
-      c.lookAt(this.target);
-      c.updateProjectionMatrix();
-      c.updateMatrix();
-      c.updateMatrixWorld();
-    }
-  }
-
   class Scene {
     constructor(canvas, replay) {
       this.replay = replay;
@@ -116,7 +56,7 @@ const FirnReplayScene = (() => {
       this.scene = new THREE.Scene();
       this.camera = new THREE.PerspectiveCamera(35, 1, 0.01, 10);
       this.camera.up.set(0, 0, 1);
-      this.orbit = this.sceneOrbit = new Orbit(this.camera);
+      this.orbit = this.sceneOrbit = new FirnReplayOrbit.Orbit(this.camera);
       this.sky = new THREE.HemisphereLight(0xffffff, 0x8090a0, 0.85);
       this.light = new THREE.DirectionalLight(0xffffff, 0.55);
       this.scene.add(this.sky, this.light, this.light.target);
@@ -127,6 +67,7 @@ const FirnReplayScene = (() => {
       this.quaternion = [0, 0, 0, 1];
       this.matrix = new THREE.Matrix4();
       this.selected = -1;
+      this.highlighted = -1;    // boundary
       this.addParticles();
       this.addBoundaries();
       this.addLines();
@@ -178,12 +119,46 @@ const FirnReplayScene = (() => {
 
     setOpacity(share) {
       this.opacity = share;
-      for (const {mesh, material} of this.boundaries) {
-        material.opacity = mesh.userData.plane && share < 1 ? 0.6 * share : share;
+      this.boundaries.forEach(({mesh, material}, b) => {
+        const usual = mesh.userData.plane && share < 1 ? 0.6 * share : share;
+        material.opacity = b === this.highlighted ? Math.max(usual, 0.5) : usual;
         material.transparent = share < 1;
         material.depthWrite = share >= 1;
         material.needsUpdate = true;
-      }
+      });
+    }
+
+    // One boundary in another color and with its edges, in front of everything; -1: none.
+    highlight(b) {
+      this.highlighted = b;
+      this.boundaries.forEach(({mesh, material}, i) => {
+        material.emissive.setHex(i === b ? 0x8a3a00 : 0);
+        if (i === b && !mesh.userData.edges) {
+          mesh.userData.edges = new THREE.LineSegments(new THREE.EdgesGeometry(mesh.geometry, 25),
+              new THREE.LineBasicMaterial({color: 0xd55e00, depthTest: false}));
+          mesh.userData.edges.frustumCulled = false;
+          mesh.add(mesh.userData.edges);
+        }
+        if (mesh.userData.edges) mesh.userData.edges.visible = i === b;
+      });
+      this.setOpacity(this.opacity);
+    }
+
+    // The middle of a boundary where it is, world; null: it is not shown.
+    middleOf(b) {
+      const {mesh} = this.boundaries[b];
+      if (!mesh.visible || this.shape) return null;
+      if (!mesh.geometry.boundingSphere) mesh.geometry.computeBoundingSphere();
+      return mesh.geometry.boundingSphere.center.clone().applyMatrix4(mesh.matrix);
+    }
+
+    // The boundary nearest under a point of the picture (-1 ... 1 each way), -1: none.
+    pickBoundary(x, y) {
+      if (this.shape) return -1;
+      const caster = new THREE.Raycaster();
+      caster.setFromCamera(new THREE.Vector2(x, y), this.camera);
+      const [hit] = caster.intersectObjects(this.boundaries.map((b) => b.mesh).filter((m) => m.visible));
+      return hit ? this.boundaries.findIndex((b) => b.mesh === hit.object) : -1;
     }
 
     // A color for each triangle, opaque; null: as it was.
@@ -197,7 +172,7 @@ const FirnReplayScene = (() => {
     showShape(k) {
       if (k >= 0 && !this.shapes.has(k)) {
         const mesh = new THREE.Mesh(flat(this.replay.maps[k]), this.map = this.map || mapped());
-        const shape = {scene: new THREE.Scene(), mesh, orbit: new Orbit(this.camera)};
+        const shape = {scene: new THREE.Scene(), mesh, orbit: new FirnReplayOrbit.Orbit(this.camera)};
         mesh.geometry.computeBoundingBox();
         shape.scene.add(mesh);
         this.shapes.set(k, shape);

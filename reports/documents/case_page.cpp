@@ -149,7 +149,7 @@ void add_shapes(page::Page& page, const Case& c) {
                      {"contact parts", ""},
                      {"deviation", "mm"},
                      {"rounding", "mm"},
-                     {"K", "N/m"}},
+                     {"contact stiffness", "N/m"}},
                     {}};
   for (const Shape& s : c.model.shapes)
     table.rows.push_back({s.name, material_name(c, s.material), text_of(s.box, 1e3), s.mass * 1e3,
@@ -233,7 +233,7 @@ void add_interactions(page::Page& page, const Case& c) {
   if (!table.rows.empty()) page.section("Contact parameters").table(table);
 }
 
-Json sample_statistics(const Case& c, const ScenePoses& poses) {
+Json particle_facts(const Case& c, const ScenePoses& poses) {
   const std::size_t n = poses.particles.size();
   Json facts;
   facts["particles"] = n;
@@ -255,15 +255,14 @@ Json sample_statistics(const Case& c, const ScenePoses& poses) {
   facts["shapes"] = replay::shapes_json(c, n);
   for (std::size_t s = 0; s < c.model.shapes.size(); ++s)
     facts["shapes"][s]["parts"] = replay::parts_json(c.model.shapes[s]);
-  Eigen::AlignedBox3d box = replay::reached(poses.tracks, n);
-  for (const Boundary& b : c.model.boundaries)
-    for (const Vec3& v : b.mesh.vertices) box.extend(b.origin + b.orientation * v);
+  const Eigen::AlignedBox3d box = replay::scene_extent(c, poses.tracks);
   const std::size_t each =
       replay::kBoundaryTriangles / std::max<std::size_t>(c.model.boundaries.size(), 1);
   for (const Boundary& b : c.model.boundaries) {
     const bool plane = b.mesh.triangles.empty();
     Json mesh = replay::mesh_json(
-        b.name, plane ? replay::plane_square(b, box) : simplified_mesh(b.mesh, each), Vec3::Zero());
+        b.name, plane ? replay::plane_rectangle(b, box) : simplified_mesh(b.mesh, each),
+        Vec3::Zero());
     mesh["plane"] = plane;
     facts["boundaries"].push_back(mesh);
   }
@@ -340,7 +339,7 @@ page::Page case_page(const Case& c) {
   }
   page::Content& scene = page.section("Scene", "scene");
   replay::place_view(page, scene, "case", c.name,
-                     replay::data_text(sample_statistics(c, poses), poses.tracks));
+                     replay::data_text(particle_facts(c, poses), poses.tracks));
   scene.paragraph(fmt::format(
       "{} of {} particles: those placed at the start and the first batch of every fill and inlet. "
       "Nothing is simulated: the slider plays the prescribed motions, free bodies stay where they "

@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 
+#include "experiments/text/number_text.h"
 #include "experiments/text/response_aliases.h"
 #include "reports/html/results_page.h"
 #include "reports/plots/plots.h"
@@ -23,6 +24,12 @@ using ComparisonRow = ValidationDocument::ComparisonRow;
 std::string share(double p) { return page::number_text(100 * p, 3) + " %"; }
 std::string share_range(const ValidationDocument::Interval& ends) {
   return share(ends.first) + " to " + share(ends.second);
+}
+
+// Of names that may hold numbers, whose points words() would take for those of keys.
+std::string without_underscores(std::string name) {
+  std::ranges::replace(name, '_', ' ');
+  return name;
 }
 
 void require_lengths(std::size_t count, std::initializer_list<const std::vector<double>*> lists) {
@@ -137,8 +144,7 @@ void add_to(plots::CdfPlot& plot, const std::string& name, const std::vector<dou
     return;
   }
   plots::Band band;
-  band.name =
-      fmt::format("{} ({} passed, {} still inside)", name, values.size(), passed->still_inside);
+  band.name = fmt::format("{} ({} passed, {} inside)", name, values.size(), passed->still_inside);
   band.x = passed->x;
   require_lengths(band.x.size(), {&passed->share, &passed->error});
   for (std::size_t i = 0; i < band.x.size(); ++i) {
@@ -146,6 +152,11 @@ void add_to(plots::CdfPlot& plot, const std::string& name, const std::vector<dou
     band.high.push_back(std::min(1.0, passed->share[i] + 2 * passed->error[i]));
   }
   plot.bands.push_back(band);
+}
+
+// Earlier versions, and samples that are too small, lack some numbers.
+std::string known_text(const std::optional<double>& value, int digits) {
+  return value && std::isfinite(*value) ? page::number_text(*value, digits) : "not computed";
 }
 
 // Compares counts or single values of the experiment, if there are any, with those of all runs.
@@ -164,7 +175,7 @@ void distribution_content(const Sets& sets, page::Content& content) {
     if (response.empty()) {
       response = d.response;
       bars.x_label = page::words(response);
-      steps.x = {response, d.unit, false, {}, {}};
+      steps.x = {page::words(response), d.unit, false, {}, {}};
       measured = !d.measured.empty();
       if (measured) {
         bars.series.push_back({"experiment", shares_of(d.measured)});
@@ -175,8 +186,7 @@ void distribution_content(const Sets& sets, page::Content& content) {
     if (!by_class) add_to(steps, c->parameter_set, d.simulated, d.simulated_passed);
     if (measured)
       seen += fmt::format("{}: distance {}, probability {}. ", c->parameter_set,
-                          page::number_text(d.distance.value_or(std::nan("")), 3),
-                          page::number_text(d.p_value.value_or(std::nan("")), 2));
+                          known_text(d.distance, 3), known_text(d.p_value, 2));
   }
   if (response.empty()) return;
   for (plots::BarSeries& series : bars.series) {
@@ -214,8 +224,8 @@ void curve_content(const Sets& sets, page::Content& content) {
       plot.series.push_back(std::move(s));
     };
     if (plot.series.empty()) {
-      plot.x = {v.x_name, v.x_unit, false, {}, {}};
-      plot.y = {v.y_name, v.unit, false, {}, {}};
+      plot.x = {without_underscores(v.x_name), v.x_unit, false, {}, {}};
+      plot.y = {without_underscores(v.y_name), v.unit, false, {}, {}};
       if (!v.measured.empty()) add("experiment", v.measured, v.measured_error);
     }
     add(c->parameter_set, v.simulated, v.simulated_error);
@@ -248,7 +258,8 @@ void choices_content(const Sets& sets, page::Content& content) {
                             Cell(r.seeds, 3)});
       if (!std::isfinite(change)) continue;
       const double reach = std::isfinite(error) ? 2 * error : 0;
-      plot.rows.push_back({fmt::format("{}: {}", r.variant, r.response),
+      plot.rows.push_back({fmt::format("{}: {}", without_underscores(r.variant),
+                                       axis_label(page::words(r.response), r.unit)),
                            {plots::Interval{change - reach, change + reach, change}}});
       seen += fmt::format("{} with {}: {} %. ", r.response, r.variant,
                           page::measured_text(change, error));
@@ -275,7 +286,7 @@ void damage_content(const Sets& sets, page::Content& content) {
       plots::CdfPlot& plot = by_load[response];
       plot.x = {response == "compressive_loads"    ? "largest load from two sides on a particle"
                 : response == "peak_normal_forces" ? "largest contact force on a particle"
-                                                   : response,
+                                                   : page::words(response),
                 "N",
                 true,
                 {},
@@ -312,7 +323,7 @@ void softening_content(const Sets& sets, page::Content& content) {
     for (const ValidationDocument::StiffnessScaling& s : c->stiffness_scaling) {
       plots::XyPlot plot;
       plot.x = {"Young's modulus", "GPa", true, {}, {}};
-      plot.y = {s.response, s.unit, true, {}, {}};
+      plot.y = {page::words(s.response), s.unit, true, {}, {}};
       require_lengths(s.modulus.size(), {&s.mean, &s.error});
       plots::Series series;
       series.style = plots::Style::joined;

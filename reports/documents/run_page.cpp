@@ -3,18 +3,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
 #include <map>
 #include <set>
 #include <string>
-#include <tuple>
+#include <string_view>
 
 #include "experiments/analysis/sample_statistics.h"
 #include "experiments/case_reader/case_from_results.h"
 #include "experiments/inspection/run_diagnostics.h"
 #include "experiments/responses/measure.h"
+#include "experiments/responses/response_order.h"
 #include "experiments/results/bond_results.h"
 #include "experiments/results/results_file.h"
 #include "experiments/storage/version.h"
@@ -44,68 +44,39 @@ double uncertainty(const Response& r) {
   return r.uncertainty.empty() ? std::nan("") : r.uncertainty[0];
 }
 
-// The most informative responses first: names, or the ends of names. The batches and the
-// counts of the case's own sensors stand behind the angles.
-constexpr std::array kAngles = {"angle_of_repose", "drum_angle", "heap_angle",
-                                "slide_angle",     "tip_angle",  "restitution"};
-constexpr std::array kOthers = {
-    "arched",         "discharge_time",           "_time_to_count",      "bonds_broken_count",
-    "_mass_flow",     "_residence_time",          "_load_peak",          "_contact_force_peak",
-    "heap_count",     "remaining_count",          "_largest_motor_load", "peak_normal_force",
-    "discharge_rate", "largest_compressive_load", "bulk_density",        "present_count"};
-
-std::vector<std::string> key_response_names(const Case& c) {
-  std::vector<std::string> names(kAngles.begin(), kAngles.end());
-  names.emplace_back("_batches");
-  for (const Sensor& sensor : c.sensors) names.push_back(response_name(sensor.name + "_count"));
-  names.insert(names.end(), kOthers.begin(), kOthers.end());
-  return names;
+// The method of a response; why a value is undefined stands only where one is.
+std::string method_text(const Response& r) {
+  const std::string_view reason = "; undefined: ";
+  const std::size_t at = r.method.find(reason);
+  if (at == std::string::npos) return r.method;
+  const std::string method = r.method.substr(0, at);
+  if (std::ranges::all_of(r.value, [](double v) { return std::isfinite(v); })) return method;
+  return method + (is_scalar(r) ? "; undefined: " : "; undefined ones: ") +
+         r.method.substr(at + reason.size());
 }
 
-// The most informative responses first, then the others; of both those that are not zero first.
-std::vector<Response> ordered(std::vector<Response> responses, const Case& c) {
-  const std::vector<std::string> names = key_response_names(c);
-  std::ranges::stable_sort(responses, {}, [&](const Response& r) {
-    const auto found = std::ranges::find_if(
-        names, [&](const std::string& ending) { return r.name.ends_with(ending); });
-    const bool zero = is_scalar(r) && r.value[0] == 0;
-    return std::tuple(found == names.end(), zero, found - names.begin());
-  });
-  return responses;
-}
-
-bool is_key_response(const Response& r, const Case& c) {
-  if (!is_scalar(r) || !std::isfinite(r.value[0])) return false;
-  if (r.value[0] == 0 && r.name != "arched") return false;  // nothing moved, nothing was touched
-  return std::ranges::any_of(key_response_names(c),
-                             [&](const std::string& ending) { return r.name.ends_with(ending); });
-}
-
-// `responses` as ordered() has them.
 std::vector<page::KeyFigure> response_cards(const std::vector<Response>& responses, const Case& c) {
-  constexpr std::size_t kMost = 6;
   std::vector<page::KeyFigure> cards;
-  for (const Response& r : responses) {
-    if (cards.size() == kMost || !is_key_response(r, c)) continue;
-    const std::string unit = unit_suffix(r.unit);
+  for (const Response& r : main_responses(responses, c)) {
     if (r.name == "arched")
-      cards.push_back({"jam", r.value[0] == 0 ? "none" : "yes", r.method, {}});
+      cards.push_back({"jam", r.value[0] == 0 ? "none" : "yes", method_text(r), {}});
     else
       cards.push_back({page::words(r.name),
-                       page::measured_text(r.value[0], uncertainty(r)) + unit,
-                       r.method,
+                       page::measured_text(r.value[0], uncertainty(r), r.unit),
+                       method_text(r),
                        {}});
   }
   return cards;
 }
 
 // A long list by its range.
-std::string values_text(const std::vector<double>& values) {
+std::string values_text(const std::vector<double>& values, const std::string& unit) {
   constexpr std::size_t kShort = 6;
   std::string all;
   double low = INFINITY, high = -INFINITY;
   std::size_t defined = 0;
-  for (const double v : values) {
+  for (const double value : values) {
+    const double v = resolved(value, unit);
     all += (all.empty() ? "" : ", ") + page::number_text(v);
     if (!std::isfinite(v)) continue;
     ++defined;
@@ -125,19 +96,19 @@ page::Table response_table(const std::vector<Response>& responses) {
   table.caption = "Responses; ± is one standard deviation where it is known";
   table.columns = {{"response", ""}, {"value", ""}, {"unit", ""}, {"how", ""}};
   for (const Response& r : responses)
-    table.rows.push_back(
-        {r.name,
-         is_scalar(r) ? Cell::measured(r.value[0], uncertainty(r)) : Cell(values_text(r.value)),
-         unit_text(r.unit), r.method});
+    table.rows.push_back({r.name,
+                          is_scalar(r) ? Cell::measured(r.value[0], uncertainty(r), r.unit)
+                                       : Cell(values_text(r.value, r.unit)),
+                          unit_text(r.unit), method_text(r)});
   return table;
 }
 
 struct Counts {
-  std::size_t came = 0, left = 0;
+  std::size_t inserted = 0, left = 0;
 };
 Counts counts_of(const Recording& recording) {
   Counts counts;
-  for (const double t : recording.insert_time()) counts.came += std::isfinite(t) ? 1 : 0;
+  for (const double t : recording.insert_time()) counts.inserted += std::isfinite(t) ? 1 : 0;
   for (const double t : recording.exit_time()) counts.left += std::isfinite(t) ? 1 : 0;
   return counts;
 }
@@ -163,9 +134,11 @@ void top(const Recording& recording, const Case& c, const std::vector<Response>&
       {{"simulated time",
         fmt::format("{} of at most {} s", page::number_text(times.empty() ? 0 : times.back()),
                     page::number_text(c.duration))},
-       {"particles", fmt::format("{} came, {} left through outlets", counts.came, counts.left)},
+       {"particles",
+        fmt::format("{} were inserted, {} left through outlets", counts.inserted, counts.left)},
        {"time step", fmt::format("{} us", page::number_text(1e6 * recording.timestep()))},
-       {"wall time", duration_text(recording.wall_time())}});
+       {"wall time", std::isfinite(recording.wall_time()) ? duration_text(recording.wall_time())
+                                                          : "not recorded"}});
 }
 
 void stages_section(const Recording& recording, page::Page& page) {
@@ -211,6 +184,11 @@ void bonds_section(const Recording& recording, page::Page& page) {
   content.collapsible(plural(table.rows.size(), "bond") + " that do not hold", fold);
 }
 
+// A run that has no frame yet has none of these numbers.
+std::string recorded_text(double value, double scale, int digits, const char* unit) {
+  return std::isfinite(value) ? page::number_text(scale * value, digits) + unit : "not recorded";
+}
+
 // Whether the numbers can be trusted.
 void diagnostics_section(const Recording& recording, const Case& c, page::Page& page) {
   const double overlap = last_finite(recording.series("/diagnostics/largest_overlap"));
@@ -235,11 +213,10 @@ void diagnostics_section(const Recording& recording, const Case& c, page::Page& 
             "rises of energy that nothing explains add up to {} % of what was "
             "dissipated; repeat the run with a smaller time step to check whether they matter",
             page::number_text(100 * rise / turned, 3)));
-  content.properties(
-      {{"largest overlap", fmt::format("{} mm", page::number_text(1e3 * overlap, 3))},
-       {"energy error", fmt::format("{} J, compared with {} J dissipated",
-                                    page::number_text(rise, 3), page::number_text(turned, 3))},
-       {"late contacts", page::number_text(late, 9)}});
+  content.properties({{"largest overlap", recorded_text(overlap, 1e3, 3, " mm")},
+                      {"energy error", recorded_text(rise, 1, 3, " J") + ", compared with " +
+                                           recorded_text(turned, 1, 3, " J") + " dissipated"},
+                      {"contacts detected late", recorded_text(late, 1, 9, "")}});
 }
 
 void case_section(const Recording& recording, const Case& c, page::Page& page) {
@@ -264,7 +241,7 @@ page::Page run_page(const std::string& results_file, const ReplayViewOptions& op
   const Recording recording(results_file);
   const Case c = read_case(recording);
   const std::vector<Response> responses =
-      ordered(recording.measured() ? recording.responses() : measure(recording), c);
+      in_display_order(recording.measured() ? recording.responses() : measure(recording, c), c);
   page::Page page(c.name, fmt::format("one run, seed {}, {}, contact model {}", recording.seed(),
                                       recording.program(), recording.contact_model()));
   top(recording, c, responses, page);

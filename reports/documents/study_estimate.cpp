@@ -7,6 +7,7 @@
 #include <cmath>
 #include <vector>
 
+#include "calibrate/output/study_verdict.h"
 #include "experiments/text/number_text.h"
 
 namespace firn {
@@ -25,25 +26,56 @@ std::string chosen(const StudyDocument::Choices& choice) {
   return fmt::format("{} = {}", choice.parameter, choice.best);
 }
 
-// "ice_ice = 0.24 (95 %: 0.17 to 0.3)". Where no values meet all targets, the interval holds the
-// truth of a model that is refuted: the nearest values alone.
+bool ended_as(const StudyDocument& results, StudyVerdict verdict) {
+  return results.verdict == to_string(verdict);
+}
+
+// Why the values of the estimate are no recommendation, and what they are; empty where they are
+// one.
+std::string reservation(const StudyDocument& results) {
+  if (ended_as(results, StudyVerdict::infeasible))
+    return "nothing, since no values within the ranges meet all targets; nearest: ";
+  if (ended_as(results, StudyVerdict::prior_conflict))
+    return "nothing, since the priors conflict with the targets; nearest to both: ";
+  if (ended_as(results, StudyVerdict::unconfirmed))
+    return "nothing, since fresh runs did not confirm the fitted values; fitted: ";
+  return "";
+}
+
+// What follows the values that are recommended.
+std::string addition(const StudyDocument& results) {
+  if (ended_as(results, StudyVerdict::not_identifiable))
+    return "; other values meet the targets as well";
+  if (ended_as(results, StudyVerdict::direct_search_only))
+    return "; the best of a direct search, of unknown uncertainty";
+  return "";
+}
+
+// "ice_ice = 0.24 (95 %: 0.17 to 0.3)". Where nothing is recommended, the interval would hold the
+// truth of a model that is refuted: the values alone.
 std::string recommended(const StudyDocument& results) {
-  const bool out_of_reach = results.verdict == "infeasible";
+  const std::string reserved = reservation(results);
   std::vector<std::string> parts;
   if (results.choice) parts.push_back(chosen(*results.choice));
   for (const StudyDocument::Parameter& p : results.parameters) {
     const double* value = find_named(results.estimate->parameters, p.name);
     if (value == nullptr) continue;
     std::string text = fmt::format("{} = {}{}", p.name, number_text(*value), unit_suffix(p.unit));
-    if (p.interval_95 && !out_of_reach)
+    if (p.interval_95 && reserved.empty())
       text += fmt::format(" (95 %: {} to {})", number_text(p.interval_95->first, 3),
                           number_text(p.interval_95->second, 3));
     parts.push_back(text);
   }
-  const std::string values_text = joined(parts, "no values");
-  return out_of_reach ? "nothing, since no values within the ranges meet all targets; nearest: " +
-                            values_text
-                      : values_text;
+  return reserved + joined(parts, "no values") + addition(results);
+}
+
+// What the combinations rest on, where the study contradicts it.
+std::string basis(const StudyDocument& results) {
+  if (ended_as(results, StudyVerdict::infeasible)) return "by a fit that misses the targets: ";
+  if (ended_as(results, StudyVerdict::prior_conflict))
+    return "by priors and targets that conflict: ";
+  if (ended_as(results, StudyVerdict::unconfirmed)) return "by a fit that is not confirmed: ";
+  return "";
 }
 
 std::string determined(const StudyDocument& results) {
@@ -55,7 +87,9 @@ std::string determined(const StudyDocument& results) {
     else
       unknown.push_back(combination_text(c));
   }
-  return fmt::format("{}. Not determined: {}", joined(known, "nothing"),
+  // A direct search has no model, from which they follow.
+  if (known.empty() && unknown.empty()) return "not examined";
+  return fmt::format("{}{}. Not determined: {}", basis(results), joined(known, "nothing"),
                      joined(unknown, "nothing that was varied"));
 }
 

@@ -9,8 +9,8 @@
 
 namespace firn {
 
-// Recommended values, identifiable combinations, results of the compare sets, and the next
-// measurements. Empty when the study has no estimate.
+// Recommended values, or that there are none and why; identifiable combinations, results of the
+// compare sets, and the next measurements. Empty when the study has no estimate.
 std::vector<page::Property> study_estimate(const StudyDocument& results);
 
 // The terms of one of its combinations: "1.00 ln(ice_ice) - 0.20 ice_plastic".

@@ -187,7 +187,8 @@ page::Figure profile_figure(const StudyDocument::Parameter& p) {
   for (double& y : series.y) y = y - low > 12 ? std::nan("") : y - low;
   plot.series = {series};
   plot.horizontal = {{3.841, "95 %"}};
-  return {plots::draw(plot), fmt::format("Profile of {}: flat where the data say nothing.", p.name),
+  return {plots::draw(plot),
+          fmt::format("Profile of {}: flat where the data say nothing.", words(p.name)),
           fmt::format("{}: 95 % from {}", p.name,
                       interval_text(p.interval_95.value_or(p.profile->interval_95)))};
 }

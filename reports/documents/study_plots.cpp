@@ -87,20 +87,17 @@ page::Figure prediction_figure(const StudyDocument::Target& target, const Distri
   plot.x = {words(response), unit, false, {}, {}};
   plot.y = {"relative density", "", false, 0.0, 1.3};
   constexpr double kAbove = 1.15;  // the densities
-  plot.series = {density_series("mean response", mean),
-                 density_series("single run", run),
-                 {"measured ± 1 standard uncertainty",
-                  {value},
-                  {kAbove},
-                  plots::Style::points,
-                  {uncertainty}}};
+  plot.series = {
+      density_series("mean response", mean),
+      density_series("single run", run),
+      {"measured ± standard uncertainty", {value}, {kAbove}, plots::Style::points, {uncertainty}}};
   plot.vertical = {{value, ""}};
   const auto summary = [&](const Distribution& d) {
     return fmt::format("{}{}, 95 % {}", number_text(d.quantiles[2]), unit_suffix(unit),
                        range_text(d.quantiles.front(), d.quantiles.back()));
   };
   return {plots::draw(plot),
-          fmt::format("Prediction of {} from the posterior samples; 95 % shaded.", response),
+          fmt::format("Prediction of {} from the posterior samples; 95 % shaded.", words(response)),
           fmt::format("{}: measured {}; mean response {}; single run {}", response,
                       measured_text(value, uncertainty, unit), summary(mean), summary(run))};
 }
@@ -140,7 +137,7 @@ page::Figure history_figure(const StudyDocument::Parameter& parameter, const Par
   series.wide_high = h.high_95;
   plot.series = {series};
   return {plots::draw(plot),
-          fmt::format("Median of {} with its 68 % (dark) and 95 % interval (light).", name),
+          fmt::format("Median of {} with its 68 % (dark) and 95 % interval (light).", words(name)),
           fmt::format("{}: {}{} after {} runs, {}{} after {} runs, 95 % {}", name,
                       number_text(h.median.front()), unit_suffix(unit), number_text(h.runs.front()),
                       number_text(h.median.back()), unit_suffix(unit), number_text(h.runs.back()),
@@ -236,6 +233,14 @@ void estimate_history_section(const StudyDocument& results, page::Page& page) {
 }
 
 void add_sensitivity(const StudyDocument& results, page::Content& content) {
+  if (results.sensitivity.empty()) return;
+  if (results.parameters.size() == 1) {
+    content.heading("Sensitivity")
+        .paragraph(fmt::format("The study has one parameter, {}: every change of a response over "
+                               "its range is by it alone.",
+                               words(results.parameters.front().name)));
+    return;
+  }
   std::vector<page::Figure> figures;
   for (const page::Figure& figure :
        {sensitivity_figure(

@@ -16,7 +16,8 @@ void predictions_section(const StudyDocument& results, page::Page& page);
 void estimate_history_section(const StudyDocument& results, page::Page& page);
 
 // Sobol indices of every response by parameter, with their 95 % intervals where there are some:
-// first order, and total where it is known. Nothing of a study that has none.
+// first order, and total where it is known. One sentence of a study with one parameter, and nothing
+// of one that has no indices.
 void add_sensitivity(const StudyDocument& results, page::Content& content);
 
 }  // namespace firn

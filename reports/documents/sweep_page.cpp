@@ -212,11 +212,13 @@ bool changes(const Responded& r) {
 void response_plots(const SweepData& data, page::Page& page) {
   if (data.keys.empty()) return;
   std::vector<page::Figure> figures;
-  std::string constant;
+  std::string constant, missing;
   std::size_t left_out = 0;
   for (const Responded& r : data.responses) {
     if (!changes(r)) {
-      constant += (constant.empty() ? "" : ", ") + words(r.name);
+      const bool known = std::ranges::any_of(r.mean, [](double v) { return std::isfinite(v); });
+      std::string& list = known ? constant : missing;
+      list += (list.empty() ? "" : ", ") + words(r.name);
       continue;
     }
     for (std::size_t k = 0; k < data.keys.size(); ++k) {
@@ -241,8 +243,9 @@ void response_plots(const SweepData& data, page::Page& page) {
   if (left_out > 0)
     content.paragraph(fmt::format(
         "{} more plots are left out: name the `responses` of the sweep to choose.", left_out));
-  if (!constant.empty())
-    content.paragraph("The same in all combinations, or undefined: " + constant + ".");
+  if (!constant.empty()) content.paragraph("The same in all combinations: " + constant + ".");
+  if (!missing.empty())
+    content.paragraph("Without a value, since no run came to what it measures: " + missing + ".");
 }
 
 void table_section(const SweepDocument& results, const SweepData& data, page::Page& page) {
@@ -268,7 +271,7 @@ void table_section(const SweepDocument& results, const SweepData& data, page::Pa
     }
     row.emplace_back(fmt::format("{} of {}", finished[c].first, finished[c].second));
     for (const Responded& r : data.responses)
-      row.push_back(Cell::measured(r.mean[c], r.deviation[c]));
+      row.push_back(Cell::measured(r.mean[c], r.deviation[c], r.unit));
   }
   page.section("All combinations", "combinations").table(table);
 }
@@ -283,15 +286,23 @@ void powers_section(const SweepDocument& results, page::Page& page) {
   page.section("Power laws", "powers").table(table);
 }
 
+// A factor with the unit of its values.
+std::string factor_text(const SweepData& data, const std::string& factor) {
+  const auto key = std::ranges::find(data.keys, factor, &Varied::name);
+  return axis_label(words(factor), key == data.keys.end() ? "" : key->unit);
+}
+
 // A response over its factors; the noise where it is known.
 page::Figure effects_plot(const std::string& response, const std::string& unit,
-                          const NamedValues<SweepDocument::Effect>& effects) {
+                          const NamedValues<SweepDocument::Effect>& effects,
+                          const SweepData& data) {
   plots::IntervalPlot plot;
   plot.x = {"mean absolute effect on " + words(response), unit_text(unit), false, 0.0, {}};
   plot.names = {"95 % interval"};
   double noise = std::nan("");
   for (const auto& [factor, e] : effects) {
-    plots::IntervalRow& row = plot.rows.emplace_back(plots::IntervalRow{words(factor), {}});
+    plots::IntervalRow& row =
+        plot.rows.emplace_back(plots::IntervalRow{factor_text(data, factor), {}});
     const bool known = std::isfinite(e.interval_95.first) && std::isfinite(e.interval_95.second);
     const auto [low, high] = known ? e.interval_95 : std::pair(e.mean_absolute, e.mean_absolute);
     row.intervals.push_back(std::isfinite(e.mean_absolute)
@@ -305,7 +316,7 @@ page::Figure effects_plot(const std::string& response, const std::string& unit,
           fmt::format("{} depends most on {}", words(response), first)};
 }
 
-void effects_section(const SweepDocument& results, page::Page& page) {
+void effects_section(const SweepDocument& results, const SweepData& data, page::Page& page) {
   if (results.effects.empty()) return;
   page::Content& content = page.section("Which factor matters", "effects");
   content.paragraph(
@@ -321,10 +332,12 @@ void effects_section(const SweepDocument& results, page::Page& page) {
         std::ranges::find(results.responses, response, &SweepDocument::NamedResponse::name);
     const bool drawn = std::ranges::any_of(
         effects, [](const auto& e) { return std::isfinite(e.second.mean_absolute); });
-    if (drawn)
-      figures.push_back(
-          effects_plot(response, named == results.responses.end() ? "" : named->unit, effects));
+    if (drawn && effects.size() > 1)
+      figures.push_back(effects_plot(response, named == results.responses.end() ? "" : named->unit,
+                                     effects, data));
   }
+  if (std::ranges::all_of(results.effects, [](const auto& e) { return e.second.size() == 1; }))
+    content.paragraph("One factor is varied: there is none to compare it with.");
   if (!figures.empty()) content.figures(figures);
   for (const auto& [response, effects] : results.effects) {
     const bool has_noise =
@@ -376,7 +389,7 @@ page::Page page_of(const SweepDocument& results) {
     facts.push_back({words(key.name), values});
   }
   if (!facts.empty()) page.top().properties(facts);
-  effects_section(results, page);
+  effects_section(results, data, page);
   if (results.effects.empty()) response_plots(data, page);
   powers_section(results, page);
   table_section(results, data, page);

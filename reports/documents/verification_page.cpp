@@ -89,8 +89,6 @@ std::string markdown_cell(std::string text) {
   return text;
 }
 
-std::string used_text(double used) { return number_text(100 * used, 2) + " %"; }
-
 void markdown_case(fmt::memory_buffer& out, const VerificationCase& c, const CaseResult& r) {
   auto to = std::back_inserter(out);
   fmt::format_to(to, "### {}\n\n`{}`, {}. Against: {}{}\n\n", c.title, c.name, verdict_text(r),
@@ -101,9 +99,8 @@ void markdown_case(fmt::memory_buffer& out, const VerificationCase& c, const Cas
   fmt::format_to(to, "| check | measured | expected | tolerance | used |\n|---|---|---|---|---|\n");
   for (const Check& k : r.checks) {
     fmt::format_to(to, "| {} | {} | {} | {} | {}{} |\n", markdown_cell(k.what),
-                   value_text(k.measured, k.unit), value_text(k.expected, k.unit),
-                   tolerance_text(k), used_text(tolerance_fraction(k)),
-                   passed(k) ? "" : " **fails**");
+                   measured_value_text(k), value_text(k.expected, k.unit), tolerance_text(k),
+                   used_text(tolerance_fraction(k)), passed(k) ? "" : " **fails**");
   }
   fmt::format_to(to, "\n");
 }
@@ -181,7 +178,7 @@ void html_checks(fmt::memory_buffer& out, const CaseResult& r) {
     fmt::format_to(to,
                    "<tr><td>{}<td class=\"n\">{}<td class=\"n\">{}<td class=\"n\">{}<td>{}<td "
                    "class=\"{}\">{}</tr>\n",
-                   encode::markup(k.what), encode::markup(value_text(k.measured, k.unit)),
+                   encode::markup(k.what), encode::markup(measured_value_text(k)),
                    encode::markup(value_text(k.expected, k.unit)),
                    encode::markup(tolerance_text(k)), bar(tolerance_fraction(k), passed(k)),
                    passed(k) ? "holds" : "fails", passed(k) ? "" : "fails");
@@ -239,6 +236,15 @@ std::string html(const std::vector<VerificationCase>& cases, const std::vector<C
 }
 
 }  // namespace
+
+std::string measured_value_text(const Check& c) {
+  const double scale = c.bound == Bound::absolute ? c.tolerance : c.expected;
+  return value_text(without_rounding_error(c.measured, scale), c.unit);
+}
+
+std::string used_text(double fraction) {
+  return number_text(100 * without_rounding_error(fraction, 1), 2) + " %";
+}
 
 std::string tolerance_text(const Check& c) {
   switch (c.bound) {

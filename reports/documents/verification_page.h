@@ -16,6 +16,13 @@ void write_verification_page(const std::vector<verification::VerificationCase>& 
                              const std::vector<verification::CaseResult>& results,
                              const std::string& program, const std::string& file);
 
+// The measured value of a check with its unit. What is negligible compared with what the check is
+// held against is 0.
+std::string measured_value_text(const verification::Check& check);
+
+// "63 %", of the fraction of a tolerance that is used.
+std::string used_text(double fraction);
+
 // "1 %", "0.002 m", "at most": how exactly a check must be met.
 std::string tolerance_text(const verification::Check& check);
 

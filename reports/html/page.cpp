@@ -143,6 +143,13 @@ Cell Cell::measured(double value, double uncertainty) {
   return cell;
 }
 
+Cell Cell::measured(double value, double uncertainty, const std::string& unit) {
+  Cell cell = measured(resolved(value, unit), resolved(uncertainty, unit));
+  cell.value = value;
+  cell.uncertainty = uncertainty;
+  return cell;
+}
+
 Cell Cell::link(std::string text, std::string anchor) {
   Cell cell(std::move(text));
   cell.anchor = std::move(anchor);
@@ -295,12 +302,16 @@ std::string Page::html() const {
     sources += " " + script_source(script);
     scripts += fmt::format("<script>{}</script>\n", script);
   }
-  fmt::format_to(to, "{}<title>{}</title>\n<style>{}{}</style></head>\n<body>\n",
+  const char* const body_class = outdated_        ? " class=\"alerted outdated\""
+                                 : alert_.empty() ? ""
+                                                  : " class=\"alerted\"";
+  fmt::format_to(to, "{}<title>{}</title>\n<style>{}{}</style></head>\n<body{}>\n",
                  fmt::format(kHead, sources, asks_server_ ? "; connect-src 'self'" : ""),
-                 encode::markup(title_), asset("page.css"), styles_);
+                 encode::markup(title_), asset("page.css"), styles_, body_class);
   fmt::format_to(to, "<a class=\"skip\" href=\"#content\">Skip to the content</a>\n");
   if (!alert_.empty())
-    fmt::format_to(to, "<div class=\"alert\" role=\"alert\">{}</div>\n", alert_.html());
+    fmt::format_to(to, "<div class=\"alert\" role=\"alert\" tabindex=\"0\">{}</div>\n",
+                   alert_.html());
   fmt::format_to(to, "<header><h1>{}</h1>\n<p class=\"subtitle\">{}</p>\n{}</header>\n",
                  encode::markup(title_), encode::markup(subtitle_), top_.html());
   if (sections_.size() > 1) {

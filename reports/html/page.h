@@ -26,6 +26,7 @@ std::string slugify(const std::string& text);
 
 using firn::measured_text;
 using firn::number_text;
+using firn::resolved;
 using firn::words;
 
 // A verdict, shown by shape and word, not by color alone.
@@ -59,6 +60,8 @@ struct Cell {
   Cell(double number, int digits = 4) : text(number_text(number, digits)), value(number) {}
   Cell(Badge verdict) : badge(std::move(verdict)) {}
   static Cell measured(double value, double uncertainty);
+  // Its text has resolved() numbers, without the unit.
+  static Cell measured(double value, double uncertainty, const std::string& unit);
   static Cell link(std::string text, std::string anchor);
 };
 
@@ -113,8 +116,11 @@ class Page {
   Page(std::string title, std::string subtitle);
 
   Content& top() { return top_; }  // above the table of contents
-  // Above everything else; announced by screen readers.
+  // Above everything else, or to its left on wide screens, and always in sight; announced by screen
+  // readers.
   Content& alert() { return alert_; }
+  // What is below the alert is of an earlier version: its views are dimmed.
+  void mark_outdated() { outdated_ = true; }
   // A new section, listed in the table of contents. The anchor is made of the title unless given;
   // a second one of a name gets a number. The reference holds as long as the page.
   Content& section(const std::string& title, const std::string& anchor = "");
@@ -145,7 +151,7 @@ class Page {
   std::vector<std::string> scripts_;
   std::set<std::size_t> added_;  // hashes of scripts and styles
   Content top_, alert_;
-  bool asks_server_ = false;
+  bool asks_server_ = false, outdated_ = false;
   std::list<Section> sections_;
 };
 

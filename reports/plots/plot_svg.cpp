@@ -6,8 +6,8 @@
 #include <sstream>
 
 #include "experiments/system/output_file.h"
-#include "experiments/system/text_encoding.h"
 #include "firn/math.h"
+#include "reports/plots/plot_text.h"
 
 namespace firn::plots {
 namespace {
@@ -58,11 +58,12 @@ std::string for_page(std::string svg) {
 
 std::string prologue(int width, int height) {
   return fmt::format(
-      "set encoding utf8\nset terminal svg size {},{} font ',16' rounded noenhanced\n"
+      "set encoding utf8\nset terminal svg size {},{} font ',17' rounded noenhanced\n"
       "set datafile missing 'nan'\nset border 3 lc rgb {text} lw 1\n"
       "set tics nomirror out textcolor rgb {text}\nset grid lc rgb {line} lw 1 dt 1\n"
       "set xlabel textcolor rgb {text}\nset ylabel textcolor rgb {text}\n"
-      "set key outside top left horizontal Left reverse samplen 3 textcolor rgb {text}\n",
+      "set key outside top left horizontal Left reverse samplen 3 font ',16' textcolor rgb "
+      "{text}\n",
       width, height, fmt::arg("text", color::text), fmt::arg("line", color::line));
 }
 
@@ -109,7 +110,8 @@ std::string Drawing::empty_plot(const std::string& x_title, const std::string& y
       fmt::format("set xlabel {}\nset ylabel {}\nunset tics\nset xrange [0:1]\nset yrange [0:1]\n"
                   "set label 'no finite values' at graph 0.5, graph 0.5 center textcolor rgb "
                   "{}\nplot -1 notitle\n",
-                  encode::gnuplot(x_title), encode::gnuplot(y_title), color::muted));
+                  gnuplot_lines(wrap_text(x_title, 48, 2)),
+                  gnuplot_lines(wrap_text(y_title, 28, 2)), color::muted));
 }
 
 }  // namespace firn::plots

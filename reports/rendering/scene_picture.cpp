@@ -7,69 +7,17 @@
 #include <cmath>
 #include <future>
 #include <list>
-#include <set>
 
-#include "experiments/case_reader/case_from_results.h"
-#include "experiments/meshes/wall_solids.h"
-#include "experiments/results/bond_results.h"
-#include "experiments/run/placement.h"
 #include "experiments/system/gnuplot.h"
 #include "experiments/system/text_encoding.h"
 #include "reports/rendering/picture_source.h"
 #include "reports/rendering/scene_layout.h"
+#include "reports/rendering/scene_legend.h"
 
 namespace firn {
 namespace {
 
 using Bounds = Eigen::AlignedBox3d;
-
-// Dull, so that the ice stands out.
-constexpr std::array<Color, 10> kWallColors = {{{0.63f, 0.70f, 0.76f},
-                                                {0.75f, 0.66f, 0.55f},
-                                                {0.64f, 0.72f, 0.63f},
-                                                {0.73f, 0.63f, 0.68f},
-                                                {0.75f, 0.73f, 0.61f},
-                                                {0.61f, 0.63f, 0.68f},
-                                                {0.60f, 0.71f, 0.71f},
-                                                {0.77f, 0.64f, 0.62f},
-                                                {0.69f, 0.68f, 0.66f},
-                                                {0.70f, 0.68f, 0.77f}}};
-
-Color wall_color(std::size_t wall) { return kWallColors[wall % kWallColors.size()]; }
-
-// Ice, each body a little lighter or darker than the next.
-Color ice_shade(std::size_t k) {
-  const auto shade = static_cast<float>(0.08 * static_cast<double>(k * 7919 % 13) / 12);
-  return {0.84f + shade, 0.92f + 0.7f * shade, 0.99f};
-}
-
-// From dark blue over green to yellow, ascending in lightness: readable without color, too.
-Color by_rank(double share) {
-  constexpr std::array<Color, 5> kScale = {{{0.20f, 0.12f, 0.40f},
-                                            {0.19f, 0.40f, 0.56f},
-                                            {0.15f, 0.62f, 0.53f},
-                                            {0.50f, 0.80f, 0.36f},
-                                            {0.99f, 0.90f, 0.20f}}};
-  const double at = share * (kScale.size() - 1);
-  const auto i = std::min(static_cast<std::size_t>(at), kScale.size() - 2);
-  const auto f = static_cast<float>(at - static_cast<double>(i));
-  const Color &a = kScale[i], &b = kScale[i + 1];
-  return {a.r + f * (b.r - a.r), a.g + f * (b.g - a.g), a.b + f * (b.b - a.b)};
-}
-
-std::vector<Color> particle_colors(const ScenePicture& picture) {
-  std::vector<Color> colors;
-  const std::set<int> known(picture.tags.begin(), picture.tags.end());
-  for (std::size_t k = 0; k < picture.particles.size(); ++k) {
-    if (known.size() < 2) {
-      colors.push_back(ice_shade(k));
-      continue;
-    }
-    const auto rank = std::distance(known.begin(), known.find(picture.tags[k]));
-    colors.push_back(by_rank(static_cast<double>(rank) / static_cast<double>(known.size() - 1)));
-  }
-  return colors;
-}
 
 // What of a mesh lies on the side of the plane that its normal points away from, in world axes.
 TriangleMesh cut_mesh(const PlacedMesh& placed, const Vec3& normal, double offset) {
@@ -238,82 +186,6 @@ std::string overview_script(const CanvasBox& box, double canvas_width, double ca
              image.width - 1, image.height - 1, source);
 }
 
-struct LegendItem {
-  std::string name;
-  Color color;
-};
-
-// Every boundary, and the ice: by tag, of many tags the first and the last.
-std::vector<LegendItem> legend_items(const ScenePicture& picture) {
-  constexpr std::size_t kMostTags = 8;
-  std::vector<LegendItem> items;
-  for (std::size_t i = 0; i < picture.walls.size(); ++i)
-    items.push_back({picture.walls[i].name, wall_color(i)});
-  if (picture.particles.empty()) return items;
-  const std::set<int> known(picture.tags.begin(), picture.tags.end());
-  if (known.size() < 2) {
-    items.push_back({"bodies", ice_shade(0)});
-    return items;
-  }
-  std::size_t rank = 0;
-  for (const int tag : known) {
-    const bool end = rank == 0 || rank + 1 == known.size();
-    if (end || known.size() <= kMostTags)
-      items.push_back({fmt::format("tag {}", tag),
-                       by_rank(static_cast<double>(rank) / static_cast<double>(known.size() - 1))});
-    ++rank;
-  }
-  return items;
-}
-
-struct Legend {
-  static constexpr double kRow = 20;  // pixels
-  struct InitialParticle {
-    LegendItem item;
-    double x = 0;
-    int row = 0;
-  };
-  std::vector<InitialParticle> placed;
-  int rows = 1;
-};
-
-Legend legend_of(const ScenePicture& picture) {
-  constexpr double kMargin = 20;
-  Legend legend;
-  double x = kMargin;
-  for (LegendItem& item : legend_items(picture)) {
-    const double wide = 42 + 9.0 * static_cast<double>(item.name.size());
-    if (x > kMargin && x + wide > picture.width - kMargin) {
-      x = kMargin;
-      ++legend.rows;
-    }
-    legend.placed.push_back({std::move(item), x, legend.rows - 1});
-    x += wide;
-  }
-  return legend;
-}
-
-std::string legend_script(const Legend& legend, double width, double height) {
-  std::string script;
-  int label = 100;
-  for (const Legend::InitialParticle& p : legend.placed) {
-    const double y = height - Legend::kRow * (legend.rows - p.row);
-    const Color c = p.item.color;
-    const auto byte = [](float v) {
-      return static_cast<int>(std::lround(255 * std::clamp(v, 0.0f, 1.0f)));
-    };
-    script += fmt::format(
-        "set label {} '■ ' at screen {:.5f}, screen {:.5f} front font ',15' tc rgb "
-        "'#{:02x}{:02x}{:02x}'\n"
-        "set label {} {} at screen {:.5f}, screen {:.5f} front font ',13' tc rgb '#1d2733' "
-        "noenhanced\n",
-        label, p.x / width, 1 - y / height, byte(c.r), byte(c.g), byte(c.b), label + 1,
-        encode::gnuplot(p.item.name), (p.x + 24) / width, 1 - y / height);
-    label += 2;
-  }
-  return script;
-}
-
 // The begin of a script: several plots on one canvas, under title and subtitle.
 std::string title_script(const ScenePicture& picture, double canvas_height) {
   return fmt::format(
@@ -338,7 +210,7 @@ void draw_scene(const ScenePicture& picture, const std::string& file) {
   bounds.min().array() -= 0.02 * bounds.diagonal().norm();
   bounds.max().array() += 0.02 * bounds.diagonal().norm();
   const Scene scene = make_scene(picture, bounds);
-  const Legend legend = legend_of(picture);
+  const SceneLegend legend = legend_of(picture);
 
   constexpr double kTitle = 78, kBottom = 20;
   const View outside = overview(bounds);
@@ -348,7 +220,7 @@ void draw_scene(const ScenePicture& picture, const std::string& file) {
   CanvasBox over = layout.overview;
   for (CanvasBox* box : {&frames[0], &frames[1], &frames[2], &over}) box->top += kTitle;
   const double width = picture.width;
-  const double height = kTitle + layout.height + kBottom + Legend::kRow * legend.rows;
+  const double height = kTitle + layout.height + kBottom + SceneLegend::kRow * legend.rows;
 
   std::future<Image> images[3];  // side by side: they take seconds
   for (std::size_t k = 0; k < 3; ++k) {
@@ -370,119 +242,14 @@ void draw_scene(const ScenePicture& picture, const std::string& file) {
   gnuplot.draw(script + "unset multiplot\n", file, picture.width, static_cast<int>(height));
 }
 
-namespace {
-
-// Boundaries with a mesh where they are at the start; of one name unless it is empty.
-std::vector<ScenePicture::Wall> walls_at_start(const Case& c, const Solver& start,
-                                               const std::string& name = {}) {
-  std::vector<ScenePicture::Wall> result;
-  const std::vector<BoundaryState>& walls = start.boundaries();
-  for (std::size_t i = 0; i < walls.size(); ++i) {
-    const Boundary& b = c.model.boundaries[i];
-    if (b.mesh.triangles.empty() || (!name.empty() && b.name != name)) continue;
-    const Mat3 rotation = walls[i].orientation.toRotationMatrix();
-    result.push_back({b.name, {&b.mesh, {rotation, walls[i].position}}});
-  }
-  return result;
-}
-
-}  // namespace
-
-void draw_boundary(const Case& c, const std::string& name, const std::string& file) {
-  Solver start(unowned(c.model), 0);
-  place_start(start, c);
-  ScenePicture picture;
-  picture.title = name;
-  picture.subtitle = fmt::format("of {}, at the start", c.name);
-  picture.walls = walls_at_start(c, start, name);
-  draw_scene(picture, file);
-}
-
-void draw_scene(const Case& c, const std::string& file) {
-  ScenePicture picture;
-  picture.title = c.name;
-  Solver start(unowned(c.model), 0);
-  place_start(start, c);
-  picture.walls = walls_at_start(c, start);
-  for (const Case::InitialParticle& p : c.placed) {
-    const Shape& shape = c.model.shapes[c.model.particles[p.particle].shape];
-    const Mat3 rotation = p.orientation.toRotationMatrix();
-    picture.particles.push_back({&shape.mesh, {rotation, p.position - rotation * shape.centroid}});
-  }
-  picture.subtitle =
-      fmt::format("at the start, {} of {} bodies", c.placed.size(), c.model.particles.size());
-  draw_scene(picture, file);
-}
-
-struct RecordedScenes::Impl {
-  explicit Impl(const Recording& of) : recording(of) {}
-
-  const Recording& recording;
-  Case c = read_case(recording);
-  std::vector<double> times = recording.frame_times();
-  std::vector<int> tags = recording.tag();
-  std::vector<BondOutcome> outcomes = bond_outcomes(recording);
-  std::list<TriangleMesh> bridges;  // of the last scene
-};
-
-RecordedScenes::RecordedScenes(const Recording& recording)
-    : impl_(std::make_unique<Impl>(recording)) {}
-RecordedScenes::~RecordedScenes() = default;
-
-ScenePicture RecordedScenes::scene(std::size_t index) {
-  const Case& c = impl_->c;
-  const std::vector<double>& times = impl_->times;
-  const std::vector<int>& tags = impl_->tags;
-  if (index >= times.size()) {
-    throw InputError(fmt::format("{}: has no frame {}; expected less than {}",
-                                 impl_->recording.file(), index, times.size()));
-  }
-  const Frame frame = impl_->recording.frame(index);
-  ScenePicture picture;
-  picture.title = c.name;
-  for (const Boundary& b : c.model.boundaries) {
-    const BoundaryFrame now = impl_->recording.boundary(b.name, index);
-    if (b.mesh.triangles.empty() || now.position.hasNaN()) continue;
-    picture.walls.push_back(
-        {b.name, {&b.mesh, {now.orientation.toRotationMatrix(), now.position}}});
-  }
-  for (std::size_t i = 0; i < frame.position.size(); ++i) {
-    if (std::isnan(frame.position[i][0])) continue;
-    const Shape& shape = c.model.shapes[c.model.particles[i].shape];
-    const auto& q = frame.orientation[i];
-    const Mat3 rotation = Quat(q[0], q[1], q[2], q[3]).toRotationMatrix();
-    picture.particles.push_back(
-        {&shape.mesh, {rotation, Vec3(frame.position[i].data()) - rotation * shape.centroid}});
-    picture.tags.push_back(tags[i]);
-  }
-  picture.subtitle = fmt::format("at {:.4g} s, {} of {} bodies", times[index],
-                                 picture.particles.size(), frame.position.size());
-  impl_->bridges.clear();
-  for (const BondBox& bridge : intact_bonds_at(c, impl_->outcomes, times[index], frame)) {
-    impl_->bridges.push_back(box_mesh(bridge.size));
-    picture.particles.push_back(
-        {&impl_->bridges.back(), {bridge.orientation.toRotationMatrix(), bridge.position}});
-    picture.tags.push_back(
-        tags[static_cast<std::size_t>(c.model.bonds[static_cast<std::size_t>(bridge.bond)].a)]);
-  }
-  if (!c.model.bonds.empty()) {
-    picture.subtitle += fmt::format(", {} bonds hold", impl_->bridges.size());
-  }
-  return picture;
-}
-
-void draw_scene(const Recording& recording, std::size_t index, const std::string& file) {
-  draw_scene(RecordedScenes(recording).scene(index), file);
-}
-
 Bounds scene_bounds(const ScenePicture& picture) { return bounds_of(picture); }
 
 void draw_film_picture(const ScenePicture& picture, const Bounds& bounds, const std::string& file) {
   constexpr double kTitle = 74, kMargin = 16, kAxisX = 96, kAxisY = 62, kPanelTitle = 30;
   const double width = picture.width, height = film_height(picture.width);
   const Scene scene = make_scene(picture, bounds);
-  const Legend legend = legend_of(picture);
-  const double bottom = height - Legend::kRow * legend.rows - kMargin;
+  const SceneLegend legend = legend_of(picture);
+  const double bottom = height - SceneLegend::kRow * legend.rows - kMargin;
   const View outside = overview(bounds);
   const double left_width =
       std::floor(std::min(0.5 * width, (bottom - kTitle) / outside.height_over_width()));

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "experiments/system/text_encoding.h"
@@ -170,6 +171,37 @@ void add_axes(Json& markers, const Case& c) {
   }
 }
 
+// The places of all particles along each axis but for the lowest and the highest twentieth, and the
+// largest shape around them. Empty without particles.
+Eigen::AlignedBox3d extent_of_particles(const Case& c, const PoseTracks& tracks) {
+  constexpr std::size_t kMostFrames = 40;
+  constexpr double kLowest = 0.05, kHighest = 0.95;
+  const std::size_t particles = tracks.bodies - c.model.boundaries.size();
+  const std::size_t stride = std::max<std::size_t>(tracks.time.size() / kMostFrames, 1);
+  std::array<std::vector<double>, 3> along;
+  for (std::size_t f = 0; f < tracks.time.size(); f += stride)
+    for (std::size_t i = 0; i < particles; ++i) {
+      const auto& p = tracks.position[f * tracks.bodies + i];
+      if (std::isnan(p[0])) continue;
+      for (std::size_t k = 0; k < 3; ++k) along[k].push_back(p[k]);
+    }
+  Eigen::AlignedBox3d box;
+  if (along[0].empty()) return box;
+  double reach = 0;
+  for (const Shape& shape : c.model.shapes)
+    for (const Vec3& v : shape.mesh.vertices) reach = std::max(reach, (v - shape.centroid).norm());
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::ranges::sort(along[k]);
+    const auto at = [&](double share) {
+      const auto last = static_cast<double>(along[k].size() - 1);
+      return along[k][static_cast<std::size_t>(std::lround(share * last))];
+    };
+    box.min()[static_cast<int>(k)] = at(kLowest) - 2 * reach;
+    box.max()[static_cast<int>(k)] = at(kHighest) + 2 * reach;
+  }
+  return box;
+}
+
 }  // namespace
 
 Json micro(double value) {
@@ -200,24 +232,40 @@ Json shapes_json(const Case& c, std::size_t particles) {
   return shapes;
 }
 
-Eigen::AlignedBox3d reached(const PoseTracks& tracks, std::size_t particles) {
-  Eigen::AlignedBox3d box;
-  for (std::size_t i = 0; i < tracks.position.size(); ++i) {
-    const auto& p = tracks.position[i];
-    if (i % tracks.bodies < particles && !std::isnan(p[0])) box.extend(Vec3(p[0], p[1], p[2]));
+TriangleMesh plane_rectangle(const Boundary& plane, const Eigen::AlignedBox3d& box) {
+  constexpr double kMargin = 0.05;  // of the diagonal of the box
+  Eigen::AlignedBox2d covered;
+  for (int k = 0; k < 8; ++k) {
+    const Vec3 corner = box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(k));
+    covered.extend((plane.orientation.conjugate() * (corner - plane.origin)).head<2>().eval());
   }
-  if (box.isEmpty()) box.extend(Vec3::Zero());
-  return box;
-}
-
-TriangleMesh plane_square(const Boundary& plane, const Eigen::AlignedBox3d& box) {
-  const double reach = 0.05 + 0.55 * box.diagonal().norm();
-  const Vec3 middle = plane.orientation.conjugate() * (box.center() - plane.origin);
+  const double margin = kMargin * box.diagonal().norm();
+  const Eigen::Vector2d low = covered.min().array() - margin, high = covered.max().array() + margin;
   TriangleMesh mesh;
-  for (const auto& [x, y] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}})
-    mesh.vertices.emplace_back(middle.x() + x * reach, middle.y() + y * reach, 0);
+  mesh.vertices = {{low.x(), low.y(), 0},
+                   {high.x(), low.y(), 0},
+                   {high.x(), high.y(), 0},
+                   {low.x(), high.y(), 0}};
   mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
   return mesh;
+}
+
+Eigen::AlignedBox3d scene_extent(const Case& c, const PoseTracks& tracks) {
+  Eigen::AlignedBox3d box = extent_of_particles(c, tracks);
+  if (box.isEmpty()) {
+    for (const Fill& fill : c.fills) {
+      box.extend(fill.region_min);
+      box.extend(fill.region_max);
+    }
+    for (const Inlet& inlet : c.inlets)
+      for (const Vec3& p : inlet.positions) box.extend(p);
+  }
+  for (const Boundary& b : c.model.boundaries)
+    for (const Vec3& v : b.mesh.vertices) box.extend(b.origin + b.orientation * v);
+  if (box.isEmpty()) box.extend(Vec3::Zero());
+  constexpr double kLeast = 0.05;  // m, of a scene of one point
+  if (box.diagonal().norm() > 0) return box;
+  return {box.min() - Vec3::Constant(kLeast), box.max() + Vec3::Constant(kLeast)};
 }
 
 Json parts_json(const Shape& shape) {
@@ -286,9 +334,9 @@ void place_view(page::Page& page, page::Content& content, const std::string& anc
       id, encode::markup(title)));
   page.add_data("replay-data-" + anchor, data);
   page.add_style(asset("replay.css"));
-  for (const char* script :
-       {"three_license.js", "three.min.js", "replay_data.js", "replay_colors.js",
-        "replay_markers.js", "replay_scene.js", "replay_maps.js", "replay.js", "replay_views.js"})
+  for (const char* script : {"three_license.js", "three.min.js", "replay_data.js",
+                             "replay_colors.js", "replay_markers.js", "replay_orbit.js",
+                             "replay_scene.js", "replay_maps.js", "replay.js", "replay_views.js"})
     page.add_script(asset(script));
 }
 

@@ -29,10 +29,13 @@ Json shapes_json(const Case& c, std::size_t particles);
 // The convex parts of a shape that contact uses, without their rounding, axes of the shape about
 // the center of mass.
 Json parts_json(const Shape& shape);
-// A plane, z = 0 of its axes, as a square that covers the box (m, world).
-TriangleMesh plane_square(const Boundary& plane, const Eigen::AlignedBox3d& box);
-// Where the first `particles` bodies are during the tracks, m, world.
-Eigen::AlignedBox3d reached(const PoseTracks& tracks, std::size_t particles);
+// A plane, z = 0 of its axes, as the rectangle over which the box (m, world) stands, a little
+// wider: no plane makes the scene larger.
+TriangleMesh plane_rectangle(const Boundary& plane, const Eigen::AlignedBox3d& box);
+// What a scene is about, m, world: the boundaries with a mesh as they are drawn, and where the
+// particles, which come first in the tracks, mostly are: not all the way that some of them fall.
+// The regions of fills and inlets where no particle is there. Never empty.
+Eigen::AlignedBox3d scene_extent(const Case& c, const PoseTracks& tracks);
 // Regions, planes and axes of a case: fills, inlets, sensors, outlets, tag rules, measurement
 // regions, and the axes of motions and free bodies. Lengths in m, world at t = 0.
 Json markers_json(const Case& c);

@@ -87,7 +87,7 @@ Json boundaries_json(const Recording& recording, const Case& c, const Eigen::Ali
     const bool mapped = map != maps.end();
     Json mesh = mesh_json(b.name,
                           mapped  ? map->mesh
-                          : plane ? replay::plane_square(b, box)
+                          : plane ? replay::plane_rectangle(b, box)
                                   : simplified_mesh(b.mesh, each),
                           Vec3::Zero());
     mesh["plane"] = plane;
@@ -153,8 +153,7 @@ ReplaySize add_replay_view(page::Page& page, page::Content& content, const Repla
   Json facts = facts_json(recording, c);
   facts["markers"] = replay::markers_json(c);
   facts["shapes"] = replay::shapes_json(c, recording.particle_count());
-  facts["boundaries"] =
-      boundaries_json(recording, c, replay::reached(tracks, recording.particle_count()));
+  facts["boundaries"] = boundaries_json(recording, c, replay::scene_extent(c, tracks));
   facts["maps"] = shape_maps_json(recording);
   std::string data = replay::data_text(facts, tracks);
   while (data.size() > options.budget && tracks.time.size() > 2) {

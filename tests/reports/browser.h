@@ -1,5 +1,5 @@
 // The document of a page after its scripts have run, from headless Chromium. For pages without
-// interaction; tests/app/browser.h drives a browser by the WebDriver protocol.
+// interaction; tests/app/pages/browser.h drives a browser by the WebDriver protocol.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -165,6 +165,50 @@ TEST(ScenePoses, StateWhyParticlesAreMissing) {
   EXPECT_THAT(case_page(c).html(), HasSubstr("impossible fill"));
 }
 
+// However far away a plane's point is, and however far a particle falls, a plane is drawn about as
+// large as the scene.
+TEST(ScenePlanes, AreBoundedByTheScene) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> any(-1, 1);
+  for (int i = 0; i < 20; ++i) {
+    SCOPED_TRACE(i);
+    const double size = std::pow(10, 1.5 * any(random));  // of the scene, in 0.1 m
+    const std::string text =
+        std::string(kHead) +
+        fmt::format(
+            "[shapes.cube]\nkind = \"box\"\nsize = \"{0:.5f} {0:.5f} {0:.5f} m\"\nmaterial = "
+            "\"ice\"\n[[boundaries]]\nname = \"wall\"\nmaterial = \"ice\"\nkind = \"plane\"\n"
+            "point = \"{1} m\"\nnormal = {2}\n",
+            0.01 * size, vector_text(random, 5), axis_text(random)) +
+        (i % 2 ? fmt::format("[[boundaries]]\nname = \"box\"\nmaterial = \"ice\"\nkind = "
+                             "\"box\"\nposition = \"0 0 {0:.5f} m\"\nsize = \"{0:.5f} {0:.5f} "
+                             "{0:.5f} m\"\n",
+                             0.1 * size)
+               : std::string()) +
+        "[[particles]]\nshape = \"cube\"\nposition = \"0 0 0 m\"\n";
+    const Case c = read_case_text(text, "planes.toml", ".");
+    PoseTracks tracks;
+    tracks.bodies = 1 + c.model.boundaries.size();
+    for (int k = 0; k < 100; ++k) {  // at rest, and then far below
+      tracks.time.push_back(0.01 * k);
+      for (std::size_t b = 0; b < tracks.bodies; ++b) {
+        tracks.position.push_back({0, 0, k < 97 ? 0.0f : -1e4f});
+        tracks.orientation.push_back({1, 0, 0, 0});
+      }
+    }
+    const Eigen::AlignedBox3d extent = replay::scene_extent(c, tracks);
+    EXPECT_TRUE(extent.contains(Vec3(Vec3::Zero())));
+    const double diagonal = extent.diagonal().norm();
+    EXPECT_LT(diagonal, 0.5 * size);
+    const TriangleMesh mesh = replay::plane_rectangle(c.model.boundaries.front(), extent);
+    ASSERT_EQ(mesh.triangles.size(), 2U);
+    for (const Vec3& a : mesh.vertices) {
+      EXPECT_EQ(a.z(), 0);
+      for (const Vec3& b : mesh.vertices) EXPECT_LT((a - b).norm(), 1.8 * diagonal);
+    }
+  }
+}
+
 TEST(CasePage, NamesWhatTheCaseDeclares) {
   std::string text = random_machine(7) +
                      "[[sensors]]\nname = \"exit <1>\"\npoint = \"0 0 0 m\"\nnormal = [0, 0, 1]\n"

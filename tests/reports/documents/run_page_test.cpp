@@ -111,6 +111,26 @@ TEST_F(RunPage, LeadsWithWhatTheCaseIsAbout) {
   EXPECT_EQ(html.find("0.29999999999999999"), html.npos);
 }
 
+// Cards are sentences that stand alone; why a value is undefined stands only where one is.
+TEST_F(RunPage, SaysInWordsWhatItsNumbersAre) {
+  const std::string html = run_page(file()).html();
+  expect_in(html, "batches that the inlet has inserted");
+  expect_in(html, "<dd>2 were inserted, 0 left through outlets</dd>");
+  const auto words_of_page = [](const std::string& page) {  // without the scripts
+    return page.substr(0, page.find("</main>"));
+  };
+  EXPECT_EQ(words_of_page(html).find("that came"), std::string::npos);
+  expect_in(html, "undefined ones: not passed yet");  // the second cube is on its way
+  std::string text = kFall;
+  const std::string duration = "duration = \"0.6 s\"";
+  text.replace(text.find(duration), duration.size(), "duration = \"0.9 s\"");
+  RunOptions options;
+  options.results_file = folder_ / "long.h5";
+  ASSERT_EQ(run(read_case_text(text, "long.toml", "."), options).status, RunStatus::finished);
+  EXPECT_EQ(words_of_page(run_page(options.results_file).html()).find("not passed yet"),
+            std::string::npos);
+}
+
 TEST_F(RunPage, SaysWhatSpoilsShapesAndContacts) {
   EXPECT_EQ(run_page(file()).html().find("likely cause"), std::string::npos);
   std::string text = kFall;

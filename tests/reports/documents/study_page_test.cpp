@@ -144,6 +144,20 @@ TEST_F(StudyPage, ListsTheChoicesOfAParameter) {
     EXPECT_THAT(html, HasSubstr(part)) << part;
 }
 
+TEST_F(StudyPage, HasNoPlotOfTheSensitivityToItsOnlyParameter) {
+  test::Json j = test::Json::parse(kResults);
+  j["parameters"].erase(1);
+  j["estimate_history"] = test::Json::array();
+  j["valley"] = test::Json::array();
+  j["sensitivity"][0]["parameters"].erase("b");
+  const std::string html = study_page(read_results_json(file(j.dump()))).html();
+  EXPECT_THAT(html, HasSubstr("The study has one parameter, a:"));
+  EXPECT_THAT(html, Not(HasSubstr("Sobol")));
+  j["sensitivity"] = test::Json::array();
+  EXPECT_THAT(study_page(read_results_json(file(j.dump()))).html(),
+              Not(HasSubstr("has one parameter")));
+}
+
 // Results of earlier versions have none of these.
 TEST_F(StudyPage, NeedsNoPredictionsOrHistory) {
   test::Json j = test::Json::parse(kResults);
@@ -238,7 +252,7 @@ TEST_F(StudyPage, OfEveryVerdict) {
   };
   const auto angle = [](double of) {
     return [of](const FakeExperiment::Values& v, std::mt19937_64& random) {
-      return finished({scalar("aor", of + 10 * v.at("a.mu1") + normal(random), "deg")});
+      return finished({scalar("aor", of + 10 * v.at("a.mu1") + normal_deviate(random), "deg")});
     };
   };
   const Member members[] = {

@@ -15,7 +15,7 @@ using testing::HasSubstr;
 using testing::Not;
 
 // What firn sweep leaves: a number with a unit, words, and one failed run.
-constexpr const char* kResults = R"({
+constexpr const char* kSweepResults = R"({
  "kind": "sweep", "name": "ice & <steel>", "case": "case.toml",
  "responses": [{"name": "peak_force", "unit": "N"}, {"name": "count", "unit": "1"}],
  "combinations": [
@@ -41,7 +41,7 @@ constexpr const char* kResults = R"({
 
 // The same with the effects of a screening.
 test::Json screened() {
-  test::Json j = test::Json::parse(kResults);
+  test::Json j = test::Json::parse(kSweepResults);
   j.erase("powers");
   j["effects"] = test::Json::parse(R"({"peak_force": {
     "kind": {"mean_absolute": 91.2, "interval_95": [70.5, 112], "mean": -3.25,
@@ -60,12 +60,12 @@ class SweepPage : public ResultsFolder {
 };
 
 TEST_F(SweepPage, HasPlotsATableAndWhatFailed) {
-  const std::string html = sweep_page(read_results_json(file(kResults))).html();
+  const std::string html = sweep_page(read_results_json(file(kSweepResults))).html();
   for (const char* part :
        {"ice &amp; &lt;steel&gt;", "1 of 2 runs finished", "peak force over modulus",
         "peak force by kind", "modulus / GPa", "peak force / N", "11.4 ± 1.2", "0.500 ± 0.020",
-        "The same in all combinations, or undefined: count.", "too &lt;soft&gt;",
-        "modulus 1 GPa, kind ball", "0 of 1"})
+        "The same in all combinations: count.", "too &lt;soft&gt;", "modulus 1 GPa, kind ball",
+        "0 of 1"})
     EXPECT_THAT(html, HasSubstr(part)) << part;
   EXPECT_THAT(html, Not(HasSubstr("peak_force")));  // words, not keys
   EXPECT_THAT(html, Not(HasSubstr("href=\"http")));
@@ -81,9 +81,34 @@ TEST_F(SweepPage, RanksTheFactorsOfAScreening) {
   EXPECT_THAT(html, Not(HasSubstr("nan")));
 }
 
+TEST_F(SweepPage, NamesFactorsInWordsWithUnits) {
+  std::string text = screened().dump();
+  for (std::size_t at = 0; (at = text.find("\"modulus\"", at)) != text.npos; at += 3)
+    text.replace(at, 9, "\"young_modulus\"");
+  const std::string html = sweep_page(read_results_json(file(text))).html();
+  EXPECT_THAT(html, HasSubstr("young modulus / GPa"));
+  EXPECT_THAT(html, Not(HasSubstr("young_modulus")));
+}
+
+TEST_F(SweepPage, DoesNotRankASingleFactor) {
+  test::Json j = screened();
+  j["effects"]["peak_force"].erase("modulus");
+  const std::string html = sweep_page(read_results_json(file(j.dump()))).html();
+  EXPECT_THAT(html, HasSubstr("One factor is varied"));
+  EXPECT_THAT(html, Not(HasSubstr("<figure>")));
+}
+
+TEST_F(SweepPage, DistinguishesConstantFromMissingResponses) {
+  test::Json j = test::Json::parse(kSweepResults);
+  for (test::Json& one : j["combinations"]) one["responses"]["count"]["mean"] = nullptr;
+  const std::string html = sweep_page(read_results_json(file(j.dump()))).html();
+  EXPECT_THAT(html, HasSubstr("Without a value, since no run came to what it measures: count."));
+  EXPECT_THAT(html, Not(HasSubstr("The same in all combinations")));
+}
+
 // A curve for each choice of the other keys; many of them are points.
 TEST_F(SweepPage, DrawsManyCombinationsAsPoints) {
-  test::Json j = test::Json::parse(kResults);
+  test::Json j = test::Json::parse(kSweepResults);
   const test::Json row = j["combinations"][0];
   j["combinations"] = test::Json::array();
   for (int other = 0; other < 20; ++other)
@@ -100,7 +125,7 @@ TEST_F(SweepPage, DrawsManyCombinationsAsPoints) {
 }
 
 TEST_F(SweepPage, NeedsNoKeyThatIsVaried) {
-  test::Json j = test::Json::parse(kResults);
+  test::Json j = test::Json::parse(kSweepResults);
   test::Json one = j["combinations"][0];
   one["values"] = test::Json::object();
   j["combinations"] = {one};
@@ -116,7 +141,7 @@ TEST_F(SweepPage, RefusesWhatIsNoResult) {
 }
 
 TEST_F(SweepPage, TakesOrRefusesWhatIsDamaged) {
-  for (const test::Json& whole : {test::Json::parse(kResults), screened()})
+  for (const test::Json& whole : {test::Json::parse(kSweepResults), screened()})
     test::damage(whole, 60, [&](const std::string& text) {
       sweep_page(read_results_json(file(text))).html();
     });
@@ -125,7 +150,7 @@ TEST_F(SweepPage, TakesOrRefusesWhatIsDamaged) {
 class SweepPageLong : public SweepPage {};
 
 TEST_F(SweepPageLong, TakesOrRefusesAllThatIsDamaged) {
-  for (const test::Json& whole : {test::Json::parse(kResults), screened()})
+  for (const test::Json& whole : {test::Json::parse(kSweepResults), screened()})
     test::damage(whole, 0, [&](const std::string& text) {
       sweep_page(read_results_json(file(text))).html();
     });

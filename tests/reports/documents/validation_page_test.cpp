@@ -116,6 +116,7 @@ TEST_F(ValidationPage, HoldsEveryKindAndStandsAlone) {
   EXPECT_THAT(html, HasSubstr(" 0 of 2 hold</td>"));  // three runs of one mind are too few
   EXPECT_THAT(html, HasSubstr("Grows as E"));
   EXPECT_THAT(html, HasSubstr("Young&#39;s modulus 0.1 GPa"));
+  EXPECT_THAT(html, HasSubstr(": height / m"));  // a row of the plot of variants
   EXPECT_THAT(html, HasSubstr("firn validate example.toml"));
   EXPECT_THAT(html, HasSubstr("k4"));
   // Nothing is fetched: no address but the name of SVG's namespace.
@@ -205,7 +206,7 @@ TEST_F(ValidationPage, SaysOnceWhatHoldsOfSeveralParameterSets) {
   EXPECT_THAT(html, Not(HasSubstr("hard: the bin")));
 }
 
-constexpr const char* kFall = R"(
+constexpr const char* kFallSuite = R"(
 [case]
 name = "fall"
 duration = "0.05 s"
@@ -236,7 +237,7 @@ std::size_t times(const std::string& text, const std::string& word) {
 // Four comparisons of one experiment; the folder has been moved since.
 TEST_F(ValidationPage, CarriesOneReplayOfAnExperiment) {
   std::filesystem::create_directories(path("runs"));
-  run(read_case_text(kFall, "fall.toml", "."), options("runs/k1.h5"));
+  run(read_case_text(kFallSuite, "fall.toml", "."), options("runs/k1.h5"));
   Validation v = example();
   v.groups[0].results[0].results_file = "/elsewhere/runs/k1.h5";
   const std::string results = file(render_json(v)),

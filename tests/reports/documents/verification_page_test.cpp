@@ -46,5 +46,17 @@ TEST(VerificationPage, EscapesWhatItsFormatWouldRead) {
   EXPECT_THAT(page("page.md"), HasSubstr("x \\| y"));
 }
 
+TEST(VerificationPage, NegligibleValuesAreZero) {
+  const Check turn{"turn", -3.6e-25, 0, 1e-9, Bound::absolute, "rad"};
+  EXPECT_EQ(measured_value_text(turn), "0 rad");
+  EXPECT_EQ(used_text(tolerance_fraction(turn)), "0 %");
+  const Check small{"turn", -3.6e-10, 0, 1e-9, Bound::absolute, "rad"};
+  EXPECT_EQ(measured_value_text(small), "-3.6e-10 rad");
+  EXPECT_EQ(used_text(tolerance_fraction(small)), "36 %");
+  EXPECT_EQ(measured_value_text({"loss", 4e-22, 1e-12, 0, Bound::at_most, "J"}), "0 J");
+  EXPECT_EQ(measured_value_text({"loss", 4e-13, 1e-12, 0, Bound::at_most, "J"}), "4e-13 J");
+  EXPECT_EQ(measured_value_text({"load", 2.5, 2.4, 0.1, Bound::relative, "N"}), "2.5 N");
+}
+
 }  // namespace
 }  // namespace firn

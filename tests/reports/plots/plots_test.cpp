@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "reports/plots/plot_text.h"
+
 namespace firn::plots {
 namespace {
 
@@ -24,6 +26,49 @@ std::vector<std::string> texts(const std::string& svg) {
       all.push_back(text.substr(std::min(text.find_first_not_of(' '), text.size())));
   return all;
 }
+
+// An upright text of a drawing.
+struct PlacedText {
+  double x = 0, y = 0;  // pixels; of the end that `anchor` names
+  std::string anchor, text;
+  double left() const {
+    return x - (anchor == "middle" ? width() / 2 : anchor == "end" ? width() : 0);
+  }
+  double right() const { return left() + width(); }
+  double width() const { return kCharacter * static_cast<double>(text_length(text)); }
+  static constexpr double kCharacter = 8.5;  // pixels, at least
+};
+
+std::vector<PlacedText> placed_texts(const std::string& svg) {
+  std::vector<PlacedText> all;
+  const std::regex pattern(
+      R"re(<g transform="translate\(([-0-9.]+),([-0-9.]+)\)"[^>]*text-anchor="(\w+)">\s*)re"
+      R"re(<text>(?:<tspan[^>]*>)?\s*([^<]*)<)re");
+  for (std::sregex_iterator m(svg.begin(), svg.end(), pattern), end; m != end; ++m)
+    if (!(*m)[4].str().empty())
+      all.push_back({std::stod((*m)[1]), std::stod((*m)[2]), (*m)[3], (*m)[4]});
+  return all;
+}
+
+// Every text lies within the canvas, and none over another one.
+void expect_readable(const std::string& svg, double width) {
+  const std::vector<PlacedText> all = placed_texts(svg);
+  EXPECT_GE(all.size(), 2U);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    EXPECT_GE(all[i].left(), -1) << all[i].text;
+    EXPECT_LE(all[i].right(), width + 1) << all[i].text;
+    for (std::size_t j = 0; j < i; ++j) {
+      constexpr double kLine = 12;  // pixels
+      const bool apart = std::abs(all[i].y - all[j].y) >= kLine ||
+                         all[i].left() >= all[j].right() || all[j].left() >= all[i].right();
+      EXPECT_TRUE(apart) << all[j].text << " and " << all[i].text;
+    }
+  }
+}
+
+const std::string kLongName =
+    "the_mean_time_from_the_insertion_of_a_particle_to_its_passage of the sensor at the lower end "
+    "of the auger that conveys the ice of the second batch";
 
 std::string log_plot(double low, double high) {
   XyPlot plot;
@@ -46,7 +91,104 @@ TEST(Plots, LogAxesHaveLabelsForEveryRange) {
       labels += text.find("stiffness") == text.npos && text != "force / N" ? 1 : 0;
     EXPECT_GE(labels, 2U + 2U) << low << " to " << high;  // those of y count, too
     EXPECT_LE(labels, 16U + 12U) << low << " to " << high;
+    expect_readable(log_plot(low, high), 520);
   }
+}
+
+TEST(Plots, LabelsOfLinearAxesDoNotTouch) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> start(-1000, 1000), span(-4, 4);
+  for (int i = 0; i < 30; ++i) {
+    const double size = std::pow(10, span(random)), low = size < 1 ? 0 : start(random);
+    XyPlot plot;
+    plot.x = {"time", "s", false, {}, {}};
+    plot.y = {"force", "N", false, {}, {}};
+    plot.series = {{"", {low, low + size}, {1, 2}}};
+    SCOPED_TRACE(low);
+    SCOPED_TRACE(size);
+    expect_readable(draw(plot), 520);
+  }
+}
+
+TEST(PlotText, IsBrokenAtSpacesAndCutInTheMiddle) {
+  using Lines = std::vector<std::string>;
+  EXPECT_EQ(wrap_text("peak force", 20, 2), Lines{"peak force"});
+  EXPECT_EQ(wrap_text("time from insertion to the sensor / s", 28, 2),
+            (Lines{"time from insertion to the", "sensor / s"}));
+  EXPECT_EQ(wrap_text("", 20, 2), Lines{""});
+  EXPECT_EQ(shorten_text("first half of the batch", 10), "first …tch");
+  EXPECT_EQ(shorten_text("größe", 5), "größe");
+  EXPECT_EQ(text_length("größe"), 5U);
+  std::mt19937 random(3);
+  for (int i = 0; i < 300; ++i) {
+    std::string text;
+    for (unsigned k = random() % 120; k > 0; --k) text += random() % 5 == 0 ? " " : "é";
+    const std::size_t width = 2 + random() % 30, most = 1 + random() % 3;
+    const Lines lines = wrap_text(text, width, most);
+    EXPECT_LE(lines.size(), most) << text << ", " << width;
+    for (const std::string& line : lines) EXPECT_LE(text_length(line), width) << text;
+  }
+}
+
+TEST(Plots, LongNamesAreCutAndDoNotOverlap) {
+  XyPlot curves;
+  curves.x = {kLongName, "s", false, {}, {}};
+  curves.y = {kLongName, "N", true, {}, {}};
+  for (int k = 0; k < 4; ++k)
+    curves.series.push_back({kLongName + std::to_string(k), {0, 1}, {1, 20}});
+  curves.horizontal = {{3, kLongName}, {3.1, kLongName}};
+  const std::string drawn_curves = draw(curves);
+  expect_readable(drawn_curves, 520);
+  for (int k = 0; k < 4; ++k)  // the ends of the names distinguish them
+    EXPECT_THAT(drawn_curves, HasSubstr("batch" + std::to_string(k)));
+
+  BarPlot bars;
+  bars.y = {kLongName, "", false, {}, {}};
+  for (const int count : {1, 3, 9, 30}) {
+    SCOPED_TRACE(count);
+    bars.categories.assign(static_cast<std::size_t>(count), kLongName);
+    bars.series = {{kLongName, std::vector<double>(static_cast<std::size_t>(count), 1.5)},
+                   {"b", std::vector<double>(static_cast<std::size_t>(count), 2)}};
+    expect_readable(draw(bars), 520);
+  }
+
+  IntervalPlot intervals;
+  intervals.x = {kLongName, "%", false, {}, {}};
+  intervals.names = {kLongName, "simulation"};
+  intervals.vertical = {{0.5, kLongName}};
+  for (int k = 0; k < 3; ++k)
+    intervals.rows.push_back({kLongName, {Interval{0, 1, 0.5}, Interval{1, 2, 1.5}}});
+  const std::string drawn_intervals = draw(intervals);
+  expect_readable(drawn_intervals, 520);
+  EXPECT_THAT(drawn_intervals, HasSubstr("…"));
+}
+
+TEST(Plots, TextsOfCloseRulesAreApart) {
+  XyPlot plot;
+  plot.x = {"force", "N", false, {}, {}};
+  plot.y = {"share", "", false, {}, {}};
+  plot.series = {{"", {0, 100}, {0, 1}}};
+  plot.vertical = {{50, "weakest"}, {50.5, "strongest"}};
+  const std::string svg = draw(plot);
+  const std::regex pattern(R"re(translate\(([-0-9.]+),([-0-9.]+)\) rotate\([^)]*\)"[^>]*>\s*)re"
+                           R"re(<text>(?:<tspan[^>]*>)?\s*(weakest|strongest))re");
+  std::vector<double> places;
+  for (std::sregex_iterator m(svg.begin(), svg.end(), pattern), end; m != end; ++m)
+    places.push_back(std::stod((*m)[1]));
+  ASSERT_EQ(places.size(), 2U);
+  EXPECT_GT(std::abs(places[0] - places[1]), 12);  // pixels: one before, one behind its line
+}
+
+TEST(Plots, ScalesOfMapsHaveMinorTicks) {
+  HeatMap map;
+  map.x = {"a", "", false, {}, {}};
+  map.y = {"b", "", false, {}, {}};
+  map.z = {"rate", "1/s", true, {}, {}};
+  map.x_values = map.y_values = {1, 2};
+  map.z_values = {1e6, 1e7, 3e6, 1e8};
+  const std::string svg = draw(map);
+  EXPECT_THAT(texts(svg), testing::Contains("10⁷"));
+  EXPECT_THAT(texts(svg), Not(testing::Contains(HasSubstr("e+"))));
 }
 
 TEST(Plots, CountsHaveWholeTicks) {

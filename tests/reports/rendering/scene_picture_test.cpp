@@ -67,6 +67,35 @@ TEST(ScenePicture, TheLegendIsComplete) {
   EXPECT_LT(std::stod(place[1]), std::stod(size[1]));
 }
 
+// The only kind of bodies, and a boundary that the title names, need no legend.
+TEST(ScenePicture, ALegendOfOneEntryIsLeftOut) {
+  const Solid cup = make_container({});
+  const auto drawn = [&](const ScenePicture& picture) {
+    const std::string file = test::scratch_path("one entry.svg");
+    draw_scene(picture, file);
+    std::ostringstream text;
+    text << std::ifstream(file).rdbuf();
+    std::filesystem::remove(file);
+    return text.str();
+  };
+  ScenePicture picture;
+  picture.title = "grains";
+  picture.width = 300;
+  picture.particles = {{&cup.mesh, {}}, {&cup.mesh, {}}};
+  picture.tags = {3, 3};
+  EXPECT_THAT(drawn(picture), testing::Not(HasSubstr("■")));
+  picture.tags = {3, 4};
+  EXPECT_THAT(drawn(picture), HasSubstr("tag 4<"));
+  picture.tags = {3, 3};
+  picture.walls = {{"the cup", {&cup.mesh, {}}}};
+  EXPECT_THAT(drawn(picture), HasSubstr("bodies<"));
+  picture.particles.clear();
+  picture.tags.clear();
+  EXPECT_THAT(drawn(picture), HasSubstr("the cup<"));
+  picture.title = "the cup";
+  EXPECT_THAT(drawn(picture), testing::Not(HasSubstr("■")));
+}
+
 TEST(ScenePicture, AnEmptySceneAndUnknownFormatsAreRefused) {
   ScenePicture picture;
   picture.title = "nothing";

@@ -1,0 +1,161 @@
+// Bars by category.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "experiments/system/text_encoding.h"
+#include "reports/plots/axes.h"
+#include "reports/plots/plot_svg.h"
+#include "reports/plots/plot_text.h"
+#include "reports/plots/plots.h"
+
+namespace firn::plots {
+namespace {
+
+// Names of categories below the axis: side by side in one or two lines; where there is no room,
+// slanted, or upright, of very many only some.
+struct CategoryLabels {
+  std::string script;
+  int height = 0;  // pixels beyond those of one line
+};
+
+// Whether all of them stand in two lines of so many characters, without a word that is broken.
+bool fit_side_by_side(const std::vector<std::string>& names, std::size_t width) {
+  return std::ranges::all_of(names, [&](const std::string& name) {
+    for (std::size_t at = 0; at <= name.size();) {
+      const std::size_t end = std::min(name.find(' ', at), name.size());
+      if (text_length(name.substr(at, end - at)) > width) return false;
+      at = end + 1;
+    }
+    const std::vector<std::string> lines = wrap_text(name, width, 2);
+    return std::ranges::none_of(
+        lines, [](const std::string& line) { return line.find("…") != std::string::npos; });
+  });
+}
+
+CategoryLabels side_by_side(const std::vector<std::string>& names, std::size_t width) {
+  std::vector<std::string> tics;
+  std::size_t lines = 1;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::vector<std::string> text = wrap_text(names[i], width, 2);
+    lines = std::max(lines, text.size());
+    tics.push_back(fmt::format("{} {}", gnuplot_tic_lines(text), i));
+  }
+  return {fmt::format("set xtics ({}) scale 0\n", fmt::join(tics, ", ")),
+          static_cast<int>(kLineHeight * static_cast<double>(lines - 1))};
+}
+
+// `axis`: its length, pixels.
+CategoryLabels turned_labels(const std::vector<std::string>& names, double axis, int canvas) {
+  constexpr std::size_t kMost = 18;  // characters
+  constexpr double kSlanted = 31;    // pixels a category from which slanted lines do not touch
+  constexpr double kCosine = 0.82, kSine = 0.57;  // of the slant
+  const auto count = static_cast<double>(names.size());
+  const double each = axis / count;
+  const auto stride = static_cast<std::size_t>(std::max(1.0, std::ceil(kLineHeight / each)));
+  std::vector<std::string> tics;
+  double longest = 0, beyond = 0;  // pixels; right of the axis, which is shorter by that much
+  for (std::size_t i = 0; i < names.size(); i += stride) {
+    const std::string text = shorten_text(names[i], kMost);
+    const double length = kCharacterWidth * static_cast<double>(text_length(text));
+    const double share = (count - 0.5 - static_cast<double>(i)) / count;  // of the axis, to the end
+    longest = std::max(longest, length);
+    beyond = std::max(beyond, (kCosine * length - share * axis) / (1 - share));
+    tics.push_back(fmt::format("{} {}", encode::gnuplot_tic(text), i));
+  }
+  const std::string list = fmt::format("set xtics ({}) scale 0", fmt::join(tics, ", "));
+  if (each < kSlanted) return {list + " rotate by -90 left\n", static_cast<int>(longest)};
+  CategoryLabels labels{list + " rotate by -35 left\n", static_cast<int>(kSine * longest)};
+  if (beyond > 0)
+    labels.script +=
+        fmt::format("set rmargin at screen {:.4f}\n", 1 - (beyond + kCharacterWidth) / canvas);
+  return labels;
+}
+
+CategoryLabels category_labels(const BarPlot& plot) {
+  constexpr double kAround = 150;    // pixels of the width that are not the axis
+  constexpr std::size_t kLeast = 5;  // characters of a line worth reading
+  const std::vector<std::string>& names = plot.categories;
+  const double axis = plot.width - kAround;
+  const auto width = static_cast<std::size_t>(
+      axis / static_cast<double>(std::max<std::size_t>(names.size(), 1)) / kCharacterWidth);
+  if (width >= kLeast && fit_side_by_side(names, width)) return side_by_side(names, width);
+  return turned_labels(names, axis, plot.width);
+}
+
+// Of the bars of one series: place value error low high.
+std::vector<std::array<double, 5>> bar_rows(const BarPlot& plot, std::size_t k, double width) {
+  const BarSeries& s = plot.series[k];
+  require_consistent(s.values.size() == plot.categories.size() &&
+                         (s.errors.empty() || s.errors.size() == s.values.size()) &&
+                         (s.low.empty() || s.low.size() == s.values.size()) &&
+                         s.low.size() == s.high.size(),
+                     "a series of bars is not as long as the categories");
+  const double middle = (static_cast<double>(plot.series.size()) - 1) / 2;
+  std::vector<std::array<double, 5>> rows;
+  for (std::size_t i = 0; i < s.values.size(); ++i) {
+    if (!shown(plot.y, s.values[i])) continue;
+    rows.push_back({static_cast<double>(i) + (static_cast<double>(k) - middle) * width, s.values[i],
+                    value_at(s.errors, i), drawn(plot.y, value_at(s.low, i)),
+                    drawn(plot.y, value_at(s.high, i))});
+  }
+  return rows;
+}
+
+void add_bars(std::vector<std::string>& commands, const Drawing& drawing, const BarSeries& s,
+              const std::vector<std::array<double, 5>>& rows, int k, double width) {
+  const std::string file = drawing.data(fmt::format("bars{}", k), rows);
+  commands.push_back(
+      fmt::format("{0} using 1:2:({1}) with boxes lc rgb {3} fillstyle transparent solid {2} "
+                  "border lc rgb {3} title {4}",
+                  file, 0.92 * width, k % 2 ? "0.12" : "0.75", series_color(k),
+                  encode::gnuplot(legend_name(s.name))));
+  if (!s.errors.empty())
+    commands.push_back(
+        fmt::format("{} using 1:($2-$3):(0):(2*$3) with vectors nohead lc rgb {} lw 1.6 notitle",
+                    file, color::text));
+  if (std::ranges::any_of(rows, [](const auto& row) { return std::isfinite(row[3] + row[4]); }))
+    commands.push_back(fmt::format(
+        "{} using 1:4:(0):($5-$4) with vectors heads size screen 0.006,90 lc rgb {} lw 1.6 "
+        "notitle",
+        file, color::text));
+}
+
+// From 0 where no value is below.
+Extent bar_extent(const BarPlot& plot) {
+  Axis y = plot.y;
+  if (!y.low && !y.log && std::ranges::none_of(plot.series, [](const BarSeries& s) {
+        return std::ranges::any_of(s.values, [](double v) { return v < 0; });
+      }))
+    y.low = 0;
+  Extent extent(y);
+  for (const BarSeries& s : plot.series) {
+    extent.see(s.values);
+    extent.see(s.low);
+    extent.see(s.high);
+  }
+  return extent;
+}
+
+}  // namespace
+
+std::string draw(const BarPlot& plot) {
+  const CategoryLabels labels = category_labels(plot);
+  Drawing drawing(plot.width,
+                  plot.height + labels.height + 20 * std::max(0, legend_rows_of(plot.series) - 1));
+  const double width = 0.78 / static_cast<double>(std::max<std::size_t>(plot.series.size(), 1));
+  std::vector<std::string> commands;
+  for (std::size_t k = 0; k < plot.series.size(); ++k) {
+    const std::vector<std::array<double, 5>> rows = bar_rows(plot, k, width);
+    if (!rows.empty())
+      add_bars(commands, drawing, plot.series[k], rows, static_cast<int>(k), width);
+  }
+  if (commands.empty()) return drawing.empty_plot(plot.x_label, axis_title(plot.y));
+  const Axis x = {plot.x_label, "", false, -0.6, static_cast<double>(plot.categories.size()) - 0.4};
+  return drawing.svg(axis_script('x', x) + bar_extent(plot).script('y') + labels.script +
+                     fmt::format("plot {}\n", fmt::join(commands, ", ")));
+}
+
+}  // namespace firn::plots
