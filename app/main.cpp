@@ -18,6 +18,7 @@
 #include "app/batch_commands/commands.h"
 #include "app/commands/commands.h"
 #include "app/support/exit_status.h"
+#include "app/support/known_words.h"
 #include "app/support/renamed_arguments.h"
 #include "experiments/results/results_guard.h"
 #include "experiments/storage/hdf5_file.h"
@@ -62,15 +63,6 @@ int print_error(const std::string& text, int status) {
   return status;
 }
 
-std::string names_of_subcommands(const CLI::App& app) {
-  std::string names;
-  for (const CLI::App* sub : app.get_subcommands({})) {
-    if (sub->get_group().empty()) continue;  // not for people
-    names += (names.empty() ? "" : ", ") + sub->get_name();
-  }
-  return names;
-}
-
 void warn_of_old_argument(const RenamedArgument& renamed) {
   print_lines(stderr, "firn: warning: {}\n", old_name_warning(renamed.old_name, renamed.name));
 }
@@ -84,29 +76,22 @@ std::string command_of(const CLI::App& app) {
 int finish_parsing(const CLI::App& app, const CLI::ParseError& e,
                    const std::vector<std::string>& arguments) {
   if (e.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return app.exit(e);
-  const auto chosen = app.get_subcommands();
-  if (!chosen.empty()) {
-    return print_error(
-        fmt::format("{}; see `firn {} --help`", error_line(e.what()), chosen[0]->get_name()),
-        ExitStatus::bad_input);
-  }
   if (arguments.empty()) {
     print_lines(stderr, "{}", app.help());
     return ExitStatus::bad_input;
   }
-  return print_error(fmt::format("{}: no such sub-command; expected one of {}", arguments[0],
-                                 names_of_subcommands(app)),
+  // Before what CLI11 reports: a misspelled option is missing in its place, too.
+  if (const std::string unknown = unknown_argument(app, arguments); !unknown.empty())
+    return print_error(unknown, ExitStatus::bad_input);
+  const std::string text = error_line(e.what());
+  if (text.ends_with('?')) return print_error(text, ExitStatus::bad_input);
+  const auto chosen = app.get_subcommands();
+  return print_error(fmt::format("{}; see `firn {}--help`", text,
+                                 chosen.empty() ? "" : chosen[0]->get_name() + " "),
                      ExitStatus::bad_input);
 }
 
-int main_program(int argc, char** argv) {
-  set_up_logging();
-  int status = ExitStatus::done;
-  CLI::App app{
-      "Simulates ice cubes in icemakers with the discrete element method, and fits the parameters "
-      "of\n"
-      "their contacts to measurements.",
-      "firn"};
+void add_program_options(CLI::App& app) {
   app.set_version_flag("--version",
                        fmt::format("firn {} ({}), contact model {}", firn_version(),
                                    firn_git_commit(), kContactModel),
@@ -120,6 +105,10 @@ int main_program(int argc, char** argv) {
       "130 interrupted; what was finished or saved is kept. Results go to standard output, the "
       "rest to standard\n"
       "error. `firn COMMAND --help` explains one command.");
+}
+
+// In the order of the help text.
+void add_commands(CLI::App& app, int& status) {
   add_new_command(app, status);
   add_run_command(app, status);
   add_measure_command(app, status);
@@ -137,39 +126,53 @@ int main_program(int argc, char** argv) {
   add_compare_traces_command(app, status);
   add_materials_command(app, status);
   add_check_results_command(app, status);
+}
+
+// Parses the arguments and carries out the command, which sets `status`. Errors become one line on
+// standard error.
+int parse_and_run(CLI::App& app, const std::vector<std::string>& arguments, const int& status) {
+  try {
+    app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
+    return status;
+  } catch (const CLI::ParseError& e) {
+    return finish_parsing(app, e, arguments);
+  } catch (const InputError& e) {
+    return print_error(e.what(), ExitStatus::bad_input);
+  } catch (const RunError& e) {
+    return print_error(e.what(), ExitStatus::failed);
+  } catch (const hdf5::Error& e) {
+    return print_error(e.what(), ExitStatus::failed);
+  } catch (const std::filesystem::filesystem_error& e) {
+    return print_error(fmt::format("{}: {}", e.path1().string(), e.code().message()),
+                       ExitStatus::failed);
+  } catch (const std::bad_alloc&) {
+    return print_error(
+        fmt::format("{}: there is not enough memory; expected smaller input or a larger machine",
+                    command_of(app)),
+        ExitStatus::failed);
+  } catch (const std::exception& e) {
+    return print_error(
+        fmt::format("{}: an error that should not occur ({}); please report it with the input "
+                    "files",
+                    command_of(app), e.what()),
+        ExitStatus::failed);
+  }
+}
+
+int main_program(int argc, char** argv) {
+  set_up_logging();
+  int status = ExitStatus::done;
+  CLI::App app{
+      "Simulates ice cubes in icemakers with the discrete element method, and fits the parameters "
+      "of\n"
+      "their contacts to measurements.",
+      "firn"};
+  add_program_options(app);
+  add_commands(app, status);
   guard_results_with("/proc/self/exe");  // also after an update has replaced its file
   const std::vector<std::string> arguments = current_arguments(
       std::vector<std::string>(argv + std::min(argc, 1), argv + argc), warn_of_old_argument);
-  const auto parse_and_run = [&] {
-    try {
-      app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
-      return status;
-    } catch (const CLI::ParseError& e) {
-      return finish_parsing(app, e, arguments);
-    } catch (const InputError& e) {
-      return print_error(e.what(), ExitStatus::bad_input);
-    } catch (const RunError& e) {
-      return print_error(e.what(), ExitStatus::failed);
-    } catch (const hdf5::Error& e) {
-      return print_error(e.what(), ExitStatus::failed);
-    } catch (const std::filesystem::filesystem_error& e) {
-      return print_error(fmt::format("{}: {}", e.path1().string(), e.code().message()),
-                         ExitStatus::failed);
-    } catch (const std::bad_alloc&) {
-      return print_error(
-          fmt::format("{}: there is not enough memory; expected smaller input or a larger "
-                      "machine",
-                      command_of(app)),
-          ExitStatus::failed);
-    } catch (const std::exception& e) {
-      return print_error(
-          fmt::format("{}: an error that should not occur ({}); please report it with the "
-                      "input files",
-                      command_of(app), e.what()),
-          ExitStatus::failed);
-    }
-  };
-  status = parse_and_run();
+  status = parse_and_run(app, arguments, status);
   interruption::wait_for_end();
   try {
     finish_standard_output();

@@ -12,9 +12,9 @@ endif()
 # a file that moves keeps the identity. Of an #include, the code of the included file counts.
 file(GLOB_RECURSE sources ${SOURCE_DIR}/solver/*.cpp ${SOURCE_DIR}/solver/*.h
   ${SOURCE_DIR}/experiments/*.cpp ${SOURCE_DIR}/experiments/*.h)
-# Neither do processes, and what evaluates the responses of finished runs.
+# Neither do processes, and what evaluates or displays the responses of finished runs.
 list(FILTER sources EXCLUDE REGEX
-  "/experiments/(batch/|system/process[.]|responses/response_expression[.]|analysis/(power_law|elementary_effects)[.])")
+  "/experiments/(batch/|system/process[.]|responses/response_(expression|order)[.]|analysis/(power_law|elementary_effects)[.])")
 if(DEFINED LIST)  # of the files that take part
   file(WRITE ${LIST} "${sources}")
 endif()

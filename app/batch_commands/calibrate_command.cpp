@@ -10,6 +10,7 @@
 #include "app/support/batch_options.h"
 #include "app/support/exit_status.h"
 #include "app/support/report_page.h"
+#include "app/support/shared_help.h"
 #include "calibrate/calibrate.h"
 #include "calibrate/output/study_comparison.h"
 #include "experiments/batch/batch_folder.h"
@@ -161,14 +162,41 @@ int run_study(const CalibrateArguments& a) {
   return summary.exit_status();
 }
 
+// How the answer is kept as a material record.
+void add_save_options(CLI::App& command, CalibrateArguments& a) {
+  StudyOptions& options = a.options;
+  CLI::Option* save = command
+                          .add_option("--save", options.save.name,
+                                      "Keep the answer as the next version of this material record")
+                          ->type_name("NAME");
+  command
+      .add_option("--author", options.save.author,
+                  "Author that the record names; your account by default")
+      ->needs(save)
+      ->type_name("TEXT");
+  command
+      .add_option("--scope", a.scope,
+                  "Condition for which the record is valid, such as\n"
+                  "\"temperature=-10 to -5 C\" (may be repeated); none by default")
+      ->needs(save)
+      ->allow_extra_args(false)
+      ->type_name("NAME=TEXT");
+  command
+      .add_option("--note", options.save.note,
+                  "Text that the record keeps for its readers, such as where the\n"
+                  "measurements are from; none by default")
+      ->needs(save)
+      ->type_name("TEXT");
+  command.add_option("--database", a.database, database_help)->needs(save)->type_name("FILE");
+}
+
 }  // namespace
 
 void add_calibrate_command(CLI::App& app, int& status) {
   auto a = std::make_shared<CalibrateArguments>();
-  StudyOptions* options = &a->options;
   CLI::App* command = app.add_subcommand("calibrate", "Fit parameters of a case to measurements");
   command
-      ->add_option("STUDY.toml", options->study_file,
+      ->add_option("STUDY.toml", a->options.study_file,
                    "The study: case, parameters, targets, budget")
       ->type_name("");
   add_batch_options(*command, a->batch, "study");
@@ -177,35 +205,18 @@ void add_calibrate_command(CLI::App& app, int& status) {
                    "In place of a study: the folders of two finished ones, side by side")
       ->expected(2)
       ->type_name("DIR_A DIR_B");
-  command->add_flag("--allow-programs", options->allow_programs,
+  command->add_flag("--allow-programs", a->options.allow_programs,
                     "Start the programs that the study names as experiments: they run with your "
                     "rights, so only for studies that you trust");
   command
       ->add_option("--time-limit", a->time_limit,
-                   "Wall time of one run, e.g. \"10 min\"; in place of the study's")
+                   "Wall time of one run, e.g. \"10 min\"; by default that of the study")
       ->type_name("TIME");
   command
       ->add_option("--memory-limit", a->memory_limit,
-                   "Main memory of one run, e.g. \"2 GiB\"; in place of the study's")
+                   "Main memory of one run, e.g. \"2 GiB\"; by default that of the study")
       ->type_name("SIZE");
-  CLI::Option* save_option =
-      command
-          ->add_option("--save", options->save.name,
-                       "Keep the answer as the next version of this material record")
-          ->type_name("NAME");
-  command->add_option("--author", options->save.author, "Author; the account by default")
-      ->needs(save_option)
-      ->type_name("TEXT");
-  command
-      ->add_option("--scope", a->scope,
-                   "Scope of validity, such as \"temperature=-10 to -5 C\" (may be repeated)")
-      ->needs(save_option)
-      ->allow_extra_args(false)
-      ->type_name("NAME=TEXT");
-  command->add_option("--note", options->save.note, "Note")->needs(save_option)->type_name("TEXT");
-  command->add_option("--database", a->database, "File of material records; docs/materials.md")
-      ->needs(save_option)
-      ->type_name("FILE");
+  add_save_options(*command, *a);
   command->callback([a, &status] { status = run_study(*a); });
 }
 
@@ -216,8 +227,12 @@ void add_slurm_task_command(CLI::App& app, int& status) {
                                          "One run of a study on a node of a cluster; "
                                          "firn calibrate --executor slurm calls it");
   command->group("");  // nothing that people would type
-  command->add_option("LIST", *list)->required()->type_name("");
-  command->add_option("INDEX", *index)->required()->type_name("");
+  command->add_option("LIST", *list, "File with the list of runs of the study")
+      ->required()
+      ->type_name("");
+  command->add_option("INDEX", *index, "Position of the run in the list")
+      ->required()
+      ->type_name("");
   command->callback([list, index, &status] {
     status = run_slurm_task(*list, *index, &interruption::requested());
   });

@@ -7,6 +7,8 @@
 #include "app/support/batch_options.h"
 #include "app/support/batch_result.h"
 #include "app/support/exit_status.h"
+#include "app/support/known_words.h"
+#include "app/support/shared_help.h"
 #include "validation/validate.h"
 
 namespace firn {
@@ -50,16 +52,14 @@ void add_validate_command(CLI::App& app, int& status) {
       ->type_name("");
   command
       ->add_option("--material", options->material,
-                   "A material record in place of the suite's parameter sets")
+                   "Material record whose values replace the parameter sets of the\nsuite")
       ->type_name("NAME[@VERSION]");
-  command
-      ->add_option("--database", options->database, "File of material records; docs/materials.md")
-      ->type_name("FILE");
+  command->add_option("--database", options->database, database_help)->type_name("FILE");
   command
       ->add_option("--require", a->require,
                    "Leave with status 3 unless no verdict is \"inconsistent\", or all are "
                    "\"consistent\"")
-      ->check(CLI::IsMember({"none-inconsistent", "all-consistent"}))
+      ->check(one_of({"none-inconsistent", "all-consistent"}))
       ->type_name("RULE");
   add_batch_options(*command, a->batch, "validation");
   command->callback([a, &status] { status = run_suite(*a); });

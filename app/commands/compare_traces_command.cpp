@@ -6,6 +6,7 @@
 #include "app/commands/commands.h"
 #include "app/output/response_output.h"
 #include "app/support/exit_status.h"
+#include "app/support/shared_help.h"
 #include "experiments/inspection/state_trace.h"
 #include "experiments/system/terminal.h"
 #include "experiments/text/units.h"
@@ -82,15 +83,17 @@ void add_compare_traces_command(CLI::App& app, int& status) {
   auto a = std::make_shared<CompareTracesArguments>();
   CLI::App* command =
       app.add_subcommand("compare-traces", "Find the first step at which two traced runs differ");
-  command->add_option("FIRST", a->first, "Trace of `firn run --trace-hashes`")
+  command->add_option("FIRST", a->first, "Trace file of `firn run --trace-hashes`")
       ->required()
       ->type_name("");
-  command->add_option("SECOND", a->second, "The other one")->required()->type_name("");
-  command->add_option("--limit", a->listed, "List at most so many numbers that differ")
+  command->add_option("SECOND", a->second, "Trace file of another run of the same case")
+      ->required()
+      ->type_name("");
+  command->add_option("--limit", a->listed, "List at most so many numbers of the state that differ")
       ->check(CLI::Range(0, 1000000000))
       ->type_name("N")
       ->capture_default_str();
-  command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
+  command->add_flag("--json", a->json, json_help);
   command->footer("Leaves with status 0 when they are equal, 1 when they differ.");
   command->callback([a, &status] { status = compare(*a); });
 }

@@ -15,6 +15,7 @@
 #include "app/support/count_range.h"
 #include "app/support/default_threads.h"
 #include "app/support/exit_status.h"
+#include "app/support/shared_help.h"
 #include "experiments/case_reader/case_from_results.h"
 #include "experiments/case_reader/read_case.h"
 #include "experiments/results/results_file.h"
@@ -296,6 +297,43 @@ int audit(const ContactsArguments& a) {
   return a.history.empty() ? audit_instant(a, source) : audit_history(a, source);
 }
 
+// Which instants and which contacts.
+void add_selection_options(CLI::App& command, ContactsArguments& a) {
+  command
+      .add_option(
+          "--time", a.time,
+          "Instant, e.g. \"0.5 s\"; by default the last frame of a run, or\nthe end of a case")
+      ->type_name("TIME");
+  command.add_option("--step", a.step, "Instant as a number of time steps, in place of --time")
+      ->check(CLI::Range(std::int64_t{0}, kLargestCount))
+      ->type_name("N");
+  command
+      .add_option("--particle", a.particle, "All contacts of the particle with this number, from 0")
+      ->type_name("ID");
+  command
+      .add_option("--pair", a.pair,
+                  "Contacts of two bodies: numbers of particles or names of\nboundaries")
+      ->expected(2)
+      ->type_name("A B");
+  command
+      .add_option("--history", a.history,
+                  "The contacts over time, loading and unloading, between two\ninstants, e.g. "
+                  "\"0.1 s\" \"0.2 s\"")
+      ->expected(2)
+      ->type_name("FROM TO");
+  command
+      .add_option("--every", a.every,
+                  "With --history: a row every N time steps; about 200 rows by\ndefault")
+      ->check(CLI::Range(1, 1000000000))
+      ->type_name("N");
+  command
+      .add_option("--limit", a.listed,
+                  "Without --particle and --pair: list at most so many contacts")
+      ->check(CLI::Range(1, 1000000000))
+      ->type_name("N")
+      ->capture_default_str();
+}
+
 }  // namespace
 
 void add_contacts_command(CLI::App& app, int& status) {
@@ -308,35 +346,14 @@ void add_contacts_command(CLI::App& app, int& status) {
                    "compared with it; or a case file (*.toml)")
       ->required()
       ->type_name("RUN.h5|CASE.toml");
-  command->add_option("--time", a->time, "Instant, such as 0.5s; by default the end")
-      ->type_name("TIME");
-  command->add_option("--step", a->step, "Instant as a number of time steps")
-      ->check(CLI::Range(std::int64_t{0}, kLargestCount))
-      ->type_name("N");
-  command->add_option("--particle", a->particle, "All contacts of this particle")->type_name("ID");
-  command->add_option("--pair", a->pair, "Contacts of two bodies: ids or names of boundaries")
-      ->expected(2)
-      ->type_name("A B");
+  add_selection_options(*command, *a);
   command
-      ->add_option("--history", a->history,
-                   "The contacts over time, loading and unloading, from FROM to TO")
-      ->expected(2)
-      ->type_name("FROM TO");
-  command
-      ->add_option("--every", a->every,
-                   "With --history: a row every N steps; about 200 rows by default")
-      ->check(CLI::Range(1, 1000000000))
-      ->type_name("N");
-  command->add_option("--limit", a->listed, "Without a body: list so many contacts")
-      ->check(CLI::Range(1, 1000000000))
-      ->type_name("N")
-      ->capture_default_str();
-  command->add_option("--set", a->settings, "Override a value of a case file (may be repeated)")
+      ->add_option(
+          "--set", a->settings,
+          "Override a value of a case file by its TOML path, as for\n`firn run` (may be repeated)")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
-  command
-      ->add_option("--threads", a->threads,
-                   fmt::format("{} by default; the results do not depend on it", default_threads()))
+  command->add_option("--threads", a->threads, threads_help())
       ->check(CLI::Range(1, 1024))
       ->type_name("N");
   command
@@ -344,8 +361,8 @@ void add_contacts_command(CLI::App& app, int& status) {
                    "FILE.png or FILE.svg: a picture; FILE.csv: a table; FILE.vtp: the\n"
                    "points for ParaView; else a folder for all")
       ->type_name("PATH");
-  command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
-  command->add_flag("-q,--quiet", a->quiet, "Print results, warnings and errors only");
+  command->add_flag("--json", a->json, json_help);
+  command->add_flag("-q,--quiet", a->quiet, quiet_help);
   command->callback([a, &status] { status = audit(*a); });
 }
 

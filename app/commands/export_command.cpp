@@ -9,6 +9,7 @@
 
 #include "app/commands/commands.h"
 #include "app/support/exit_status.h"
+#include "app/support/known_words.h"
 #include "experiments/case_reader/case_from_results.h"
 #include "experiments/export/export.h"
 #include "experiments/system/terminal.h"
@@ -120,20 +121,26 @@ void add_export_command(CLI::App& app, int& status) {
                    "mp4: a film from a fixed viewpoint, drawn by ffmpeg;\n"
                    "png: a picture of the drained heap, or of the whole scene, bodies\n"
                    "colored by their tags")
-      ->check(CLI::IsMember({"vtk", "csv", "gltf", "mp4", "png"}))
+      ->check(one_of({"vtk", "csv", "gltf", "mp4", "png"}))
       ->required();
   command
       ->add_option("-o,--output", a->folder,
                    "Folder for the files, made if need be; by default the\nresults file's name "
                    "with -vtk or -csv. gltf, mp4, png: the file")
       ->type_name("PATH");
-  command->add_option("--time", a->time, "png: the frame nearest to it; by default the last")
+  command
+      ->add_option(
+          "--time", a->time,
+          "png: the frame nearest to this time, e.g. \"2.5 s\"; by default\nthe last frame")
       ->type_name("TIME");
-  command->add_option("--every", a->vtk.every, "vtk, gltf: only every Nth frame")
+  command->add_option("--every", a->vtk.every, "vtk, gltf: write only every Nth frame")
       ->check(CLI::Range(1, 1000000))
       ->type_name("N")
       ->capture_default_str();
-  command->add_option("--speed", a->speed, "mp4: simulated seconds for each second of the film")
+  command
+      ->add_option("--speed", a->speed,
+                   "mp4: simulated seconds for each second of the film; 0.1 is ten\ntimes slower "
+                   "than real time")
       ->type_name("NUMBER")
       ->capture_default_str();
   command->add_flag(

@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 
 #include "app/commands/commands.h"
 #include "app/output/material_output.h"
 #include "app/support/default_threads.h"
 #include "app/support/exit_status.h"
 #include "app/support/record_verification.h"
+#include "app/support/shared_help.h"
 #include "experiments/material_records/material_json.h"
 #include "experiments/system/output_file.h"
 #include "experiments/system/terminal.h"
@@ -198,6 +200,83 @@ int verify_materials(const MaterialsArguments& a) {
   return good ? ExitStatus::done : ExitStatus::requirement_missed;
 }
 
+// Adds sub-commands of `firn materials` with the options that they share.
+class MaterialsCommands {
+ public:
+  using Action = int (*)(const MaterialsArguments&);
+
+  MaterialsCommands(CLI::App& command, std::shared_ptr<MaterialsArguments> arguments, int& status)
+      : command_(command), a_(std::move(arguments)), status_(status) {}
+
+  CLI::App& add(const char* name, const char* what, Action carry_out) {
+    CLI::App* sub = command_.add_subcommand(name, what);
+    sub->add_option("--database", a_->database, database_help)->type_name("FILE");
+    sub->callback([a = a_, carry_out, &status = status_] { status = carry_out(*a); });
+    return *sub;
+  }
+  CLI::App& add_with_json(const char* name, const char* what, Action carry_out) {
+    CLI::App& sub = add(name, what, carry_out);
+    sub.add_flag("--json", a_->json, json_help);
+    return sub;
+  }
+
+ private:
+  CLI::App& command_;
+  std::shared_ptr<MaterialsArguments> a_;
+  int& status_;
+};
+
+void add_required(CLI::App& command, const char* name, std::string& value, const char* what) {
+  command.add_option(name, value, what)->required()->type_name("");
+}
+
+void add_reading_commands(MaterialsCommands& commands, MaterialsArguments& a) {
+  commands.add_with_json("list", "The newest version of every record", list);
+  add_required(commands.add_with_json("show", "All of one record", show), "NAME[@VERSION]", a.first,
+               "The record; the newest version by default");
+  add_required(commands.add_with_json(
+                   "history", "All versions of a record, and how their values differ", history),
+               "NAME", a.first, "Name of the record");
+  CLI::App& both = commands.add_with_json(
+      "diff", "What differs between two records, or two versions of one", diff);
+  add_required(both, "FROM", a.first, "The first record, as NAME[@VERSION]");
+  add_required(both, "TO", a.second, "The second record, as NAME[@VERSION]");
+}
+
+void add_writing_commands(MaterialsCommands& commands, MaterialsArguments& a) {
+  add_required(commands.add_with_json(
+                   "add", "Write new records; a name that exists gets its next version", add),
+               "FILE.json", a.file, "Records without version and hash; docs/materials.md");
+  add_required(
+      commands.add_with_json("import", "Take records as another database exported them", import),
+      "FILE.json", a.file, "File that `firn materials export` wrote");
+  CLI::App& exporting =
+      commands.add("export", "Write records, with the versions before them, as JSON", write_export);
+  exporting.add_option("NAME[@VERSION]", a.names, "Records to write; none with --all")
+      ->type_name("");
+  exporting.add_flag("--all", a.all, "Write every record, the shipped ones too");
+  exporting.add_option("-o,--output", a.file, "File to write; standard output by default")
+      ->type_name("FILE.json");
+}
+
+void add_verifying_command(MaterialsCommands& commands, MaterialsArguments& a) {
+  CLI::App& command = commands.add_with_json(
+      "verify", "Recompute the hashes of records and of the data behind them", verify_materials);
+  command.add_option("NAME[@VERSION]", a.names, "Records to check; all by default")->type_name("");
+  CLI::Option* replay = command.add_flag("--replay", a.replay,
+                                         "Simulate again what the records rest on, and compare");
+  command
+      .add_option("--runs", a.replay_options.runs,
+                  "At most N runs of each reference set and experiment; all by\ndefault")
+      ->needs(replay)
+      ->check(CLI::PositiveNumber)
+      ->type_name("N");
+  command.add_option("--threads", a.replay_options.threads, threads_help())
+      ->needs(replay)
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N");
+}
+
 }  // namespace
 
 void add_materials_command(CLI::App& app, int& status) {
@@ -205,59 +284,10 @@ void add_materials_command(CLI::App& app, int& status) {
   a->replay_options.threads = default_threads();
   CLI::App* command = app.add_subcommand("materials", "Store and show material parameters");
   command->require_subcommand(1);
-  const auto sub = [&](const char* name, const char* what,
-                       int (*carry_out)(const MaterialsArguments&)) {
-    CLI::App* s = command->add_subcommand(name, what);
-    s->add_option("--database", a->database,
-                  "File of your own records; $FIRN_MATERIALS, else firn/materials.db in\n"
-                  "$XDG_DATA_HOME or ~/.local/share, by default")
-        ->type_name("FILE");
-    s->callback([a, carry_out, &status] { status = carry_out(*a); });
-    return s;
-  };
-  const auto reporting = [&](const char* name, const char* what,
-                             int (*carry_out)(const MaterialsArguments&)) {
-    CLI::App* s = sub(name, what, carry_out);
-    s->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
-    return s;
-  };
-  const auto required = [](CLI::App* s, const char* name, std::string& where, const char* what) {
-    s->add_option(name, where, what)->required()->type_name("");
-  };
-  reporting("list", "The newest version of every record", list);
-  required(reporting("show", "All of one record", show), "NAME[@VERSION]", a->first, "The record");
-  required(reporting("history", "All versions of a record, and how their values differ", history),
-           "NAME", a->first, "The record");
-  CLI::App* diff_command =
-      reporting("diff", "What differs between two records, or two versions of one", diff);
-  required(diff_command, "FROM", a->first, "NAME[@VERSION]");
-  required(diff_command, "TO", a->second, "NAME[@VERSION]");
-  required(reporting("add", "Write new records; a name that exists gets its next version", add),
-           "FILE.json", a->file, "Records without version and hash; docs/materials.md");
-  required(reporting("import", "Take records as another database exported them", import),
-           "FILE.json", a->file, "What `firn materials export` wrote");
-  CLI::App* export_command =
-      sub("export", "Write records, with the versions before them, as JSON", write_export);
-  export_command->add_option("NAME[@VERSION]", a->names, "Records")->type_name("");
-  export_command->add_flag("--all", a->all, "Every record, shipped ones too");
-  export_command->add_option("-o,--output", a->file, "Standard output by default")
-      ->type_name("FILE.json");
-  CLI::App* verify_command = reporting(
-      "verify", "Recompute the hashes of records and of the data behind them", verify_materials);
-  verify_command->add_option("NAME[@VERSION]", a->names, "Records (all, when none is named)")
-      ->type_name("");
-  CLI::Option* replay = verify_command->add_flag(
-      "--replay", a->replay, "Simulate again what the records rest on, and compare");
-  verify_command
-      ->add_option("--runs", a->replay_options.runs,
-                   "At most N runs of each reference set and experiment")
-      ->needs(replay)
-      ->check(CLI::PositiveNumber)
-      ->type_name("N");
-  verify_command->add_option("--threads", a->replay_options.threads, "Of each simulation")
-      ->needs(replay)
-      ->check(CLI::Range(1, 1024))
-      ->type_name("N");
+  MaterialsCommands commands(*command, a, status);
+  add_reading_commands(commands, *a);
+  add_writing_commands(commands, *a);
+  add_verifying_command(commands, *a);
   command->footer(
       "Records are never changed: `add` and `calibrate --save` write the next version.\n"
       "`verify` leaves with status 3 when something does not hold.");

@@ -8,6 +8,8 @@
 #include "app/commands/commands.h"
 #include "app/output/response_output.h"
 #include "app/support/exit_status.h"
+#include "app/support/shared_help.h"
+#include "experiments/case_reader/case_from_results.h"
 #include "experiments/responses/measure.h"
 #include "experiments/results/results_file.h"
 #include "experiments/system/gnuplot.h"
@@ -53,7 +55,8 @@ int measure_file(const MeasureArguments& a) {
   std::vector<Requirement> requirements;
   for (const std::string& text : a.requirements) requirements.push_back(parse_requirement(text));
   const Recording recording(a.file);
-  const std::vector<Response> all = measure(recording);
+  const Case c = read_case(recording);
+  const std::vector<Response> all = measure(recording, c);
   const std::vector<Response> responses = chosen(all, a.names, a.file);
   const std::vector<RequirementResult> verdicts = check_requirements(requirements, all);
   if (a.json) {
@@ -66,7 +69,9 @@ int measure_file(const MeasureArguments& a) {
     if (recording.status() != "finished") {
       print_lines(stderr, "{}: status of the run: {}\n", a.file, recording.status());
     }
-    print_lines(stdout, "{}{}", responses_table(responses), verdicts_table(verdicts));
+    print_lines(stdout, "{}{}",
+                a.names.empty() ? run_responses_table(responses, c) : responses_table(responses),
+                verdicts_table(verdicts));
     if (responses.empty()) print_lines(stderr, "{}: the case has no responses\n", a.file);
   }
   return all_met(verdicts) ? ExitStatus::done : ExitStatus::requirement_missed;
@@ -227,7 +232,9 @@ void add_measure_command(CLI::App& app, int& status) {
                    "default the name of the measurement with .png")
       ->type_name("FILE")
       ->needs(photo);
-  command->add_option("--response", arguments->names, "Only this response (may be repeated)")
+  command
+      ->add_option("--response", arguments->names,
+                   "Print this response alone, in place of all (may be repeated)")
       ->type_name("NAME")
       ->allow_extra_args(false)
       ->excludes(photo);
@@ -235,7 +242,7 @@ void add_measure_command(CLI::App& app, int& status) {
       ->type_name("\"RESPONSE<=VALUE\"")
       ->allow_extra_args(false)
       ->excludes(photo);
-  command->add_flag("--json", arguments->json, "Print JSON on standard output and nothing else");
+  command->add_flag("--json", arguments->json, json_help);
   command->callback([arguments, &status] { status = measure_response(*arguments); });
 }
 

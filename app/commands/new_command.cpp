@@ -12,6 +12,8 @@
 #include "app/output/response_output.h"
 #include "app/support/embedded_templates.h"
 #include "app/support/exit_status.h"
+#include "app/support/known_words.h"
+#include "app/support/shared_help.h"
 #include "experiments/system/output_file.h"
 #include "experiments/system/terminal.h"
 #include "experiments/system/text_encoding.h"
@@ -99,10 +101,10 @@ int create(const NewArguments& a) {
   for (const auto& [name, files] : all) names.push_back(name);
   const auto chosen = all.find(a.from);
   if (chosen == all.end())
-    throw InputError(
-        fmt::format("--from: {}; expected one of {}",
-                    a.from.empty() ? "is missing" : fmt::format("\"{}\" is not a template", a.from),
-                    fmt::join(names, ", ")));
+    throw InputError(a.from.empty() ? fmt::format("--from: is missing; expected one of {}",
+                                                  fmt::join(names, ", "))
+                                    : fmt::format("--from: \"{}\" is not a template; {}", a.from,
+                                                  expected_word(a.from, names)));
   if (a.name.empty()) throw InputError("NAME: is missing; expected the name of a new folder");
   const fs::path folder = a.name;
   require_new_folder(folder);
@@ -127,10 +129,12 @@ void add_new_command(CLI::App& app, int& status) {
   auto a = std::make_shared<NewArguments>();
   CLI::App* command = app.add_subcommand(
       "new", "Make a folder with a case, a study or a validation that runs, to start from");
-  command->add_option("NAME", a->name, "The folder; must be new or empty")->type_name("");
-  command->add_option("--from", a->from, "The template")->type_name("TEMPLATE");
-  command->add_flag("--list", a->list, "List the templates");
-  command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
+  command->add_option("NAME", a->name, "Name of the folder to make, which must be new or empty")
+      ->type_name("");
+  command->add_option("--from", a->from, "Template of its files, one of the list below")
+      ->type_name("TEMPLATE");
+  command->add_flag("--list", a->list, "List the templates with what each is for");
+  command->add_flag("--json", a->json, json_help);
   std::string footer = "Templates:\n";
   for (const auto& [name, files] : templates())
     footer += fmt::format("  {:<16}{}\n", name, description_of(files));

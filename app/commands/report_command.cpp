@@ -9,6 +9,7 @@
 #include "app/commands/commands.h"
 #include "app/support/exit_status.h"
 #include "app/support/report_page.h"
+#include "app/support/shared_help.h"
 #include "experiments/system/terminal.h"
 #include "reports/html/pdf_file.h"
 
@@ -65,7 +66,7 @@ void add_report_command(CLI::App& app, int& status) {
       ->type_name("FOLDER");
   command->add_flag("--no-replays", a->no_replays,
                     "Leave the replays out of the page of a validation");
-  command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
+  command->add_flag("--json", a->json, json_help);
   command->callback([a, &status] { status = make_report(*a); });
 }
 

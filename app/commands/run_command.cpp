@@ -21,6 +21,7 @@
 #include "app/support/count_range.h"
 #include "app/support/default_threads.h"
 #include "app/support/exit_status.h"
+#include "app/support/shared_help.h"
 #include "experiments/case_reader/case_from_results.h"
 #include "experiments/case_reader/read_case.h"
 #include "experiments/inspection/run_diagnostics.h"
@@ -205,13 +206,13 @@ void log_summary(const Case& c, const RunSummary& s) {
       number_text(s.diagnostics.largest_overlap * 1e3, 3),
       number_text(100 * relative_overlap(c, s.diagnostics), 2), s.diagnostics.late_contacts,
       s.diagnostics.late_contacts == 1 ? "" : "s", number_text(s.diagnostics.energy_error, 3));
+  const auto joules = [](double energy) { return number_text(resolved(energy, "J")); };
   spdlog::info(
       "energy: {} J kinetic, {} J elastic, {} J dissipated by restitution, {} J by friction{}",
-      number_text(s.energy.kinetic), number_text(s.energy.elastic),
-      number_text(s.energy.dissipated_normal), number_text(s.energy.dissipated_friction),
-      c.model.bonds.empty()
-          ? ""
-          : fmt::format(", {} J by bonds", number_text(s.energy.dissipated_bonds)));
+      joules(s.energy.kinetic), joules(s.energy.elastic), joules(s.energy.dissipated_normal),
+      joules(s.energy.dissipated_friction),
+      c.model.bonds.empty() ? ""
+                            : fmt::format(", {} J by bonds", joules(s.energy.dissipated_bonds)));
   spdlog::debug("instructions: {}; time by phase of the step:\n{}", instruction_set(),
                 profile_table(s.profile));
 }
@@ -312,9 +313,61 @@ int run_case(const RunArguments& a) {
   if (a.json) {
     print_json(summary_json(c, options.results_file, summary, verdicts, warning));
   } else {
-    print_lines(stdout, "{}{}", responses_table(summary.responses), verdicts_table(verdicts));
+    print_lines(stdout, "{}{}", run_responses_table(summary.responses, c),
+                verdicts_table(verdicts));
   }
   return exit_status(summary, options.results_file, verdicts);
+}
+
+// What is simulated: a case with changes, or the rest of a run.
+void add_input_options(CLI::App& command, RunArguments& a) {
+  command.add_option("CASE.toml", a.case_file, "Case file; docs/case-files.md lists its keys")
+      ->type_name("");
+  command
+      .add_option("--seed", a.seed,
+                  "Seed of all random choices, a whole number; by default that of\nthe case "
+                  "(case.seed)")
+      ->check(CLI::Range(std::int64_t{0}, kLargestCount))
+      ->type_name("N");
+  command
+      .add_option("--set", a.settings,
+                  "Override a value of the case by its TOML path, e.g.\n"
+                  "interactions.ice-ice.static_friction=0.2 (may be repeated)")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  command
+      .add_option(
+          "--material", a.materials.records,
+          "Values of a material record over those of the case: NAME[@VERSION],\n"
+          "with #3 a sample of its posterior ensemble (may be repeated; --set takes precedence)")
+      ->type_name("NAME")
+      ->allow_extra_args(false);
+  command.add_option("--database", a.materials.database, database_help)->type_name("FILE");
+  command
+      .add_option("--resume", a.resume_file,
+                  "Resume from the last checkpoint in a results file,\nwith the bits of an "
+                  "uninterrupted run")
+      ->type_name("RUN.h5");
+}
+
+void add_trace_options(CLI::App& command, RunArguments& a) {
+  CLI::Option* trace =
+      command
+          .add_option("--trace-hashes", a.trace.file,
+                      "Write a line of hashes of the state each step, for `firn compare-traces`")
+          ->type_name("FILE");
+  command
+      .add_option("--trace-every", a.trace.every,
+                  "Write hashes only every N time steps; 1 by default")
+      ->check(CLI::Range(1, 1000000000))
+      ->needs(trace)
+      ->type_name("N");
+  command
+      .add_option("--trace-numbers", a.trace_numbers,
+                  "Also write the state itself (bodies, patches, points) at one\ntime step or over "
+                  "a range, e.g. 1200 or 1200:1210")
+      ->needs(trace)
+      ->type_name("STEP|FROM:TO");
 }
 
 }  // namespace
@@ -322,63 +375,24 @@ int run_case(const RunArguments& a) {
 void add_run_command(CLI::App& app, int& status) {
   auto a = std::make_shared<RunArguments>();
   CLI::App* command = app.add_subcommand("run", "Simulate one case and measure its responses");
-  command->add_option("CASE.toml", a->case_file, "Case file; docs/case-files.md lists its keys")
-      ->type_name("");
+  add_input_options(*command, *a);
   command
       ->add_option("-o,--output", a->output,
                    "Results file; runs/<case name>-seed<N>.h5 by default.\n"
                    "Earlier results of that name become RUN.1.h5, RUN.2.h5, ...")
       ->type_name("RUN.h5");
-  command->add_option("--seed", a->seed, "Seed of all random choices; overrides case.seed")
-      ->check(CLI::Range(std::int64_t{0}, kLargestCount))
-      ->type_name("N");
-  command
-      ->add_option("--threads", a->threads,
-                   fmt::format("{} by default; the results do not depend on it", default_threads()))
+  command->add_option("--threads", a->threads, threads_help())
       ->check(CLI::Range(1, 1024))
       ->type_name("N");
-  command
-      ->add_option("--set", a->settings,
-                   "Override a value of the case by its TOML path, e.g.\n"
-                   "interactions.ice-ice.static_friction=0.2 (may be repeated)")
-      ->type_name("KEY=VALUE")
-      ->allow_extra_args(false);
-  command
-      ->add_option(
-          "--material", a->materials.records,
-          "Values of a material record over those of the case: NAME[@VERSION],\n"
-          "with #3 a sample of its posterior ensemble (may be repeated; --set takes precedence)")
-      ->type_name("NAME")
-      ->allow_extra_args(false);
-  command
-      ->add_option("--database", a->materials.database,
-                   "File of material records; docs/materials.md")
-      ->type_name("FILE");
-  command
-      ->add_option("--resume", a->resume_file,
-                   "Resume from the last checkpoint in a results file,\nwith the bits of an "
-                   "uninterrupted run")
-      ->type_name("RUN.h5");
-  CLI::Option* trace =
-      command
-          ->add_option("--trace-hashes", a->trace.file,
-                       "Write a line of hashes of the state each step, for `firn compare-traces`")
-          ->type_name("FILE");
-  command->add_option("--trace-every", a->trace.every, "A line only every N steps")
-      ->check(CLI::Range(1, 1000000000))
-      ->needs(trace)
-      ->type_name("N");
-  command
-      ->add_option("--trace-numbers", a->trace_numbers,
-                   "Write the state itself, too, at these steps: bodies, patches, points")
-      ->needs(trace)
-      ->type_name("STEP|FROM:TO");
+  add_trace_options(*command, *a);
   command->add_option("--require", a->requirements, requirement_help)
       ->type_name("\"RESPONSE<=VALUE\"")
       ->allow_extra_args(false);
-  command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
-  command->add_flag("-v,--verbose", a->verbose, "Also print the time of each phase");
-  command->add_flag("-q,--quiet", a->quiet, "Print results, warnings and errors only");
+  command->add_flag("--json", a->json, json_help);
+  command->add_flag("-v,--verbose", a->verbose,
+                    "Also print the wall time of each phase of the step and the\ninstruction "
+                    "set in use");
+  command->add_flag("-q,--quiet", a->quiet, quiet_help);
   command->footer("Ctrl-C saves the state and leaves with status 130; --resume continues from it.");
   command->callback([a, &status] { status = run_case(*a); });
 }

@@ -11,6 +11,7 @@
 #include "app/output/shape_output.h"
 #include "app/support/case_file.h"
 #include "app/support/exit_status.h"
+#include "app/support/shared_help.h"
 #include "experiments/case/case.h"
 #include "experiments/case_reader/read_case.h"
 #include "experiments/meshes/length_unit.h"
@@ -19,7 +20,7 @@
 #include "experiments/meshes/mesh_union.h"
 #include "experiments/meshes/wall_solids.h"
 #include "experiments/system/terminal.h"
-#include "experiments/text/toml_document.h"
+#include "experiments/text/suggestions.h"
 #include "experiments/text/units.h"
 #include "reports/rendering/scene_picture.h"
 
@@ -101,8 +102,8 @@ int write_union(const ShapeArguments& a, const TriangleMesh& mesh, const MeshDef
          {"union",
           {{"file", a.united}, {"triangles", united.triangles.size()}, {"volume", volume}}}});
   else
-    print_lines(stdout, "{}\n  {:<22}{}\n  {:<22}{} triangles, {:.6g} cm^3\n", a.file, "defects",
-                conflicts.to_message(), "union", united.triangles.size(), volume * 1e6);
+    print_lines(stdout, "{}\n  {:<22}{}\n  {:<22}{} triangles, {}\n", a.file, "defects",
+                conflicts.to_message(), "union", united.triangles.size(), volume_text(volume));
   print_lines(stderr, "united in {}\n", a.united);
   return ExitStatus::done;
 }
@@ -177,7 +178,7 @@ int print_boundary_mesh(const ShapeArguments& a) {
   } catch (const InputError& e) {
     throw InputError(fmt::format("{}: {}", a.file, e.what()));
   }
-  const BoundaryProperties facts = sample_statistics(b, "mesh", 0);
+  const BoundaryProperties facts = boundary_properties(b, "mesh", 0);
   if (a.json) {
     Json json = boundary_json(facts);
     json["file"] = a.file;
@@ -301,6 +302,67 @@ int print_case(const ShapeArguments& a) {
   return ExitStatus::done;
 }
 
+// Of a mesh file as the body of a particle.
+void add_mesh_options(CLI::App& command, ShapeArguments& a) {
+  command
+      .add_option("--length-unit", a.length_unit,
+                  "Unit of the coordinates of a mesh file, which names none:\nmm, cm, m, in")
+      ->type_name("UNIT")
+      ->capture_default_str();
+  command.add_option("--density", a.density, "Density of a mesh file's body, for its mass")
+      ->type_name("QUANTITY")
+      ->capture_default_str();
+  command
+      .add_option("--young-modulus", a.young_modulus,
+                  "Young's modulus of a mesh file's body, for its stiffness")
+      ->type_name("QUANTITY")
+      ->capture_default_str();
+  command
+      .add_option("--rounding", a.rounding,
+                  "Radius of edges and corners of a mesh file's body, e.g.\n\"0.5 mm\"; by default "
+                  "up to 2 % of its smallest box edge")
+      ->type_name("LENGTH");
+  command.add_option("--max-parts", a.max_parts, "Convex parts of a mesh file's body, at most")
+      ->check(CLI::Range(1, 64))
+      ->type_name("N")
+      ->capture_default_str();
+  command
+      .add_option("--repair-to", a.repaired,
+                  "Write a mesh that has defects, and can be repaired, without them")
+      ->type_name("FILE.stl");
+  command
+      .add_option("--united", a.united,
+                  "Write the union of a mesh's shells that overlap, lie inside others or face "
+                  "inwards")
+      ->type_name("FILE.stl");
+  command.add_flag("--any-size", a.any_size, "Accept a mesh file's body below 1 um or above 100 m");
+}
+
+// Of a case, or of a mesh file as a boundary. Returns --boundary.
+CLI::Option* add_scene_options(CLI::App& command, ShapeArguments& a) {
+  command
+      .add_option("--set", a.settings,
+                  "Override a value of the case by its TOML path, as for\n`firn run` (may be "
+                  "repeated)")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  command
+      .add_option("--picture", a.picture,
+                  "Draw the case's boundaries and placed bodies, or the --boundary:\nan overview, "
+                  "from above, and two sections. FILE.png or FILE.svg")
+      ->type_name("FILE");
+  CLI::Option* boundary = command.add_option(
+      "--boundary", a.boundary,
+      "Of a case: this boundary alone, facts and picture. Of a mesh\nfile, without a name: as a "
+      "boundary, which may be open");
+  boundary->expected(0, 1)->type_name("NAME");
+  command
+      .add_option("--thickness", a.thickness,
+                  "Thickness of the walls of a mesh file as a boundary;\n\"2 mm\" by default")
+      ->type_name("LENGTH");
+  return boundary;
+}
+
 }  // namespace
 
 void add_shape_command(CLI::App& app, int& status) {
@@ -310,55 +372,9 @@ void add_shape_command(CLI::App& app, int& status) {
   command->add_option("FILE", a->file, "A mesh, STL or OBJ (*.obj), or a case file (*.toml)")
       ->required()
       ->type_name("");
-  command->add_option("--length-unit", a->length_unit, "Of a mesh file, which names none")
-      ->type_name("UNIT")
-      ->capture_default_str();
-  command->add_option("--density", a->density, "Of a mesh file's body")
-      ->type_name("QUANTITY")
-      ->capture_default_str();
-  command->add_option("--young-modulus", a->young_modulus, "Of a mesh file's body")
-      ->type_name("QUANTITY")
-      ->capture_default_str();
-  command
-      ->add_option(
-          "--rounding", a->rounding,
-          "Radius of edges and corners of a mesh file's body;\nby default up to 2 % of its "
-          "smallest box edge")
-      ->type_name("LENGTH");
-  command->add_option("--max-parts", a->max_parts, "Convex parts of a mesh file's body, at most")
-      ->check(CLI::Range(1, 64))
-      ->type_name("N")
-      ->capture_default_str();
-  command
-      ->add_option("--repair-to", a->repaired,
-                   "Write a mesh that has defects, and can be repaired, without them")
-      ->type_name("FILE.stl");
-  command
-      ->add_option("--united", a->united,
-                   "Write the union of a mesh's shells that overlap, lie inside others or face "
-                   "inwards")
-      ->type_name("FILE.stl");
-  command->add_option("--set", a->settings, "Override a value of the case (may be repeated)")
-      ->type_name("KEY=VALUE")
-      ->allow_extra_args(false);
-  command
-      ->add_option(
-          "--picture", a->picture,
-          "Draw the case's boundaries and placed bodies, or the --boundary: an overview,\nfrom "
-          "above, and two sections. FILE.png or FILE.svg")
-      ->type_name("FILE");
-  CLI::Option* boundary = command->add_option(
-      "--boundary", a->boundary,
-      "Of a case: this boundary alone, facts and picture. Of a mesh file, without a "
-      "name:\nas a boundary, which may be open");
-  boundary->expected(0, 1)->type_name("NAME");
-  command
-      ->add_option("--thickness", a->thickness,
-                   "Of the walls of a mesh file as a boundary; 2 mm by default")
-      ->type_name("LENGTH");
-  command->add_flag("--any-size", a->any_size,
-                    "Accept a mesh file's body below 1 um or above 100 m");
-  command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
+  add_mesh_options(*command, *a);
+  CLI::Option* boundary = add_scene_options(*command, *a);
+  command->add_flag("--json", a->json, json_help);
   command->footer(
       "Status 2 for a mesh with defects. L is the length of the contact law's stiffness K = E L.");
   command->callback([a, boundary, &status] {

@@ -9,6 +9,7 @@
 #include "app/commands/commands.h"
 #include "app/output/response_output.h"
 #include "app/support/exit_status.h"
+#include "app/support/shared_help.h"
 #include "experiments/storage/version.h"
 #include "experiments/system/terminal.h"
 #include "experiments/text/number_text.h"
@@ -59,13 +60,13 @@ const char* verdict(const CaseResult& r) {
 void print_check(const Check& c) {
   const std::string unit = unit_suffix(c.unit);
   print_lines(
-      stdout, "    {} {}: {:.6g}{}, {} {:.6g}{}", passed(c) ? "holds" : "FAILS", c.what, c.measured,
-      unit,
+      stdout, "    {} {}: {}, {} {:.6g}{}", passed(c) ? "holds" : "FAILS", c.what,
+      measured_value_text(c),
       c.bound == Bound::at_most || c.bound == Bound::at_least ? tolerance_text(c) : "expected",
       c.expected, unit);
   if (c.bound == Bound::relative || c.bound == Bound::absolute)
-    print_lines(stdout, " ({}, {} % of it used)", tolerance_text(c),
-                number_text(100 * tolerance_fraction(c), 2));
+    print_lines(stdout, " ({}, {} of it used)", tolerance_text(c),
+                used_text(tolerance_fraction(c)));
   print_lines(stdout, "\n");
 }
 
@@ -165,17 +166,22 @@ void add_verify_command(CLI::App& app, int& status) {
   auto arguments = std::make_shared<VerifyArguments>();
   CLI::App* command =
       app.add_subcommand("verify", "Compare the solver with closed forms and references");
-  command->add_option("NAME", arguments->names, "Groups or cases (all, when none is named)")
+  command
+      ->add_option("NAME", arguments->names,
+                   "Groups or cases to run, as --list names them; all by default")
       ->type_name("");
-  command->add_flag("--full", arguments->full, "Also the cases that take minutes");
+  command->add_flag("--full", arguments->full, "Also run the cases that take minutes");
   command->add_flag("--list", arguments->list, "List the cases without running them");
-  command->add_flag("--checks", arguments->checks, "Print every single check");
-  command->add_option("-o", arguments->page, "Page to write: FILE.html or FILE.md")
+  command->add_flag("--checks", arguments->checks,
+                    "Print every check, not those alone that are missed");
+  command->add_option("-o", arguments->page, "Page to write, FILE.html or FILE.md; none by default")
       ->type_name("PAGE");
-  command->add_option("--jobs", arguments->jobs, "Cases at a time (one a core)")
+  command
+      ->add_option("--jobs", arguments->jobs,
+                   "Cases that run at the same time; one per core by default")
       ->type_name("N")
       ->check(CLI::PositiveNumber);
-  command->add_flag("--json", arguments->json, "Print JSON on standard output and nothing else");
+  command->add_flag("--json", arguments->json, json_help);
   command->callback([arguments, &status] { status = verify(*arguments); });
 }
 

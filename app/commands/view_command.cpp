@@ -104,13 +104,16 @@ std::string excerpt(const Place& place) {
   } catch (const InputError&) {
     return "";
   }
-  std::string html = "<pre>";
+  std::string html =
+      fmt::format("<pre tabindex=\"0\" role=\"region\" aria-label=\"{} about line {}\">",
+                  encode::markup(encode::terminal(place.file)), place.line);
   std::size_t line = 1;
   for (std::size_t at = 0; at <= text.size(); ++line) {
     const std::size_t end = std::min(text.find('\n', at), text.size());
     if (line + kAround >= place.line && line <= place.line + kAround) {
-      const std::string shown = fmt::format(
-          "{:>5}  {}", line, encode::markup(encode::terminal(text.substr(at, end - at))));
+      const std::string shown =
+          fmt::format("{:>5} {} {}", line, line == place.line ? "&gt;" : " ",
+                      encode::markup(encode::terminal(text.substr(at, end - at))));
       html += line == place.line ? "<mark>" + shown + "</mark>\n" : shown + "\n";
     }
     at = end + 1;
@@ -122,9 +125,13 @@ std::string excerpt(const Place& place) {
 page::Page with_error(const std::optional<page::Page>& last, const std::string& title,
                       const Built& built) {
   page::Page page = last ? *last : page::Page(title, "");
+  page.alert() = page::Content();  // that of the last version
   page.alert().note({page::Mark::bad, "error"}, built.error);
   if (const auto place = place_of(built.error, built.files)) page.alert().html(excerpt(*place));
-  if (last) page.alert().paragraph("Below: as of the last version without an error.");
+  if (last) {
+    page.alert().paragraph("The page is that of the last version without an error.");
+    page.mark_outdated();
+  }
   return page;
 }
 
@@ -257,18 +264,22 @@ void add_view_command(CLI::App& app, int& status) {
       ->required()
       ->type_name("");
   command
-      ->add_option("--set", a->settings,
-                   "Change a key of the case, as for firn run; may be repeated")
+      ->add_option(
+          "--set", a->settings,
+          "Override a value of the case by its TOML path, as for\n`firn run` (may be repeated)")
       ->type_name("KEY=VALUE");
   command
       ->add_option("--material", a->materials,
-                   "Take materials and interactions from a record, as for firn run")
+                   "Values of a material record over those of the case, as for\n`firn run` (may be "
+                   "repeated)")
       ->type_name("NAME[@VERSION]");
-  command->add_option("--port", a->port, "Port of the server on this machine; 0: any free one")
+  command
+      ->add_option("--port", a->port,
+                   "Port of the server on this machine, 1 to 65535; by default 0:\nany free one")
       ->check(CLI::Range(0, 65535))
       ->type_name("PORT");
   command->add_flag("--open", a->open, "Open the browser (the default where there is a screen)");
-  command->add_flag("--no-open", a->no_open, "Only print the address");
+  command->add_flag("--no-open", a->no_open, "Print the address without opening the browser");
   command->footer(
       "Prints the address on standard output and serves it on this machine alone until Ctrl-C.\n"
       "On another machine: ssh -L PORT:localhost:PORT HOST, with --port PORT.");

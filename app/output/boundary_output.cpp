@@ -51,7 +51,7 @@ std::string surface_text(const MeshDefects& defects) {
 
 }  // namespace
 
-BoundaryProperties sample_statistics(const Boundary& b, const std::string& kind, double density) {
+BoundaryProperties boundary_properties(const Boundary& b, const std::string& kind, double density) {
   BoundaryProperties facts;
   facts.name = b.name;
   facts.kind = kind;
@@ -75,11 +75,11 @@ std::vector<BoundaryProperties> boundary_properties(const Case& c) {
   std::vector<BoundaryProperties> all;
   for (const Boundary& b : c.model.boundaries) {
     const auto kind = kinds.find(b.name);
-    all.push_back(sample_statistics(b,
-                                    kind != kinds.end()               ? kind->second
-                                    : b.kind == Boundary::Kind::plane ? "plane"
-                                                                      : "box",
-                                    c.model.materials[b.material].density));
+    all.push_back(boundary_properties(b,
+                                      kind != kinds.end()               ? kind->second
+                                      : b.kind == Boundary::Kind::plane ? "plane"
+                                                                        : "box",
+                                      c.model.materials[b.material].density));
   }
   return all;
 }
@@ -96,7 +96,7 @@ std::string boundary_table(const BoundaryProperties& facts) {
   table += row("bounding box", mm_text(facts.upper - facts.lower));
   table += row("at the start", from_to(facts.world_lower, facts.world_upper));
   table += row("convex parts", std::to_string(facts.parts));
-  if (facts.volume) table += row("volume", fmt::format("{:.6g} cm^3", *facts.volume * 1e6));
+  if (facts.volume) table += row("volume", volume_text(*facts.volume));
   if (facts.mass) table += row("mass", fmt::format("{:.6g} g", *facts.mass * 1e3));
   return table;
 }

@@ -24,8 +24,8 @@ struct BoundaryProperties {
 };
 
 // `density` (kg/m^3): of its material; 0: not known.
-BoundaryProperties sample_statistics(const Boundary& boundary, const std::string& kind,
-                                     double density);
+BoundaryProperties boundary_properties(const Boundary& boundary, const std::string& kind,
+                                       double density);
 
 // In order of the model. A half-space has its kind alone.
 std::vector<BoundaryProperties> boundary_properties(const Case& c);

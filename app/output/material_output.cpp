@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "experiments/analysis/sample_statistics.h"
 #include "experiments/material_records/material_json.h"
 #include "experiments/text/number_text.h"
 
@@ -61,13 +62,9 @@ std::string simulated_text(const ReferenceSet& a) {
   std::string text;
   for (const auto& [name, response] : all) {
     const auto& [unit, values] = response;
-    const auto n = static_cast<double>(values.size());
-    double mean = 0, squares = 0;
-    for (const double v : values) mean += v / n;
-    for (const double v : values) squares += (v - mean) * (v - mean);
     text += fmt::format(
-        "{}{} {:.4g}{}{}", text.empty() ? "" : ", ", name, mean,
-        values.size() > 1 ? fmt::format(" (sd {:.2g})", std::sqrt(squares / (n - 1))) : "",
+        "{}{} {:.4g}{}{}", text.empty() ? "" : ", ", name, mean(values),
+        values.size() > 1 ? fmt::format(" (sd {:.2g})", standard_deviation(values)) : "",
         unit_suffix(unit));
   }
   return text;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "experiments/responses/response_order.h"
 #include "experiments/system/terminal.h"
 #include "experiments/text/number_text.h"
 
@@ -14,7 +15,8 @@ namespace {
 constexpr std::size_t values_in_a_row = 6;  // longer responses print as a range
 
 std::string value_text(const Response& r, std::size_t i) {
-  return measured_text(r.value[i], i < r.uncertainty.size() ? r.uncertainty[i] : 0);
+  const double uncertainty = i < r.uncertainty.size() ? r.uncertainty[i] : 0;
+  return measured_text(resolved(r.value[i], r.unit), resolved(uncertainty, r.unit));
 }
 
 // Columns on a terminal: bytes that do not continue a character.
@@ -31,7 +33,8 @@ std::string value_text(const Response& r) {
     if (defined.empty()) return fmt::format("{} values, all undefined", r.value.size());
     const auto [low, high] = std::ranges::minmax(defined);
     const std::size_t missing = r.value.size() - defined.size();
-    return fmt::format("{} values, {} to {}{}", r.value.size(), number_text(low), number_text(high),
+    return fmt::format("{} values, {} to {}{}", r.value.size(), number_text(resolved(low, r.unit)),
+                       number_text(resolved(high, r.unit)),
                        missing > 0 ? fmt::format(", {} undefined", missing) : "");
   }
   std::string text;
@@ -50,6 +53,10 @@ std::string mm_text(const Vec3& size) {
   return fmt::format("{:.2f} x {:.2f} x {:.2f} mm", size.x() * 1e3, size.y() * 1e3, size.z() * 1e3);
 }
 
+std::string volume_text(double volume) {
+  return fmt::format("{:.6g}{}", volume * 1e6, unit_suffix("cm^3"));
+}
+
 std::string responses_table(const std::vector<Response>& responses) {
   std::size_t name_width = 0;
   std::size_t value_width = 0;
@@ -62,6 +69,15 @@ std::string responses_table(const std::vector<Response>& responses) {
     table += fmt::format("{:<{}}  {:<{}}  {:<6}  {}\n", r.name, name_width, value_text(r),
                          value_width, unit_text(r.unit), r.method);
   }
+  return table;
+}
+
+std::string run_responses_table(const std::vector<Response>& responses, const Case& c) {
+  constexpr std::size_t kScreen = 25;  // lines
+  std::string table = responses_table(in_display_order(responses, c));
+  if (responses.size() <= kScreen) return table;
+  const std::vector<Response> main = main_responses(responses, c);
+  if (!main.empty()) table += "\nMain results:\n" + responses_table(main);
   return table;
 }
 

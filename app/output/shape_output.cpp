@@ -63,7 +63,7 @@ std::string shape_table(const Shape& s) {
   table += row("triangles", std::to_string(s.mesh.triangles.size()));
   table += row("defects", defects_text(inspect(s.mesh), find_conflicts(s.mesh)));
   table += row("bounding box", mm_text(s.box));
-  table += row("volume", fmt::format("{:.6g} cm^3", s.volume * 1e6));
+  table += row("volume", volume_text(s.volume));
   table += row("mass", fmt::format("{:.6g} g", s.mass * 1e3));
   table += row("center of mass", fmt::format("{:.4f} {:.4f} {:.4f} mm", s.centroid.x() * 1e3,
                                              s.centroid.y() * 1e3, s.centroid.z() * 1e3));

@@ -3,6 +3,8 @@
 #include <filesystem>
 
 #include "app/support/exit_status.h"
+#include "app/support/known_words.h"
+#include "app/support/shared_help.h"
 #include "experiments/system/interruption.h"
 #include "experiments/system/terminal.h"
 
@@ -39,12 +41,16 @@ void add_batch_options(CLI::App& command, BatchArguments& a, const std::string& 
       .add_option("-o,--output", a.directory,
                   "Folder for its journal, runs and results; runs/<" + what + " name> by default")
       ->type_name("DIR");
-  command.add_option("--jobs", a.jobs, "Simulations side by side; one per core by default")
+  command
+      .add_option("--jobs", a.jobs,
+                  "Simulations that run at the same time; one per core by default")
       ->check(CLI::Range(1, 1024))
       ->type_name("N");
   command
-      .add_option("--executor", a.executor, "Executor: this machine, or the cluster it belongs to")
-      ->check(CLI::IsMember({"local", "slurm"}))
+      .add_option(
+          "--executor", a.executor,
+          "Where the simulations run: on this machine, or on the Slurm\ncluster that it belongs to")
+      ->check(one_of({"local", "slurm"}))
       ->capture_default_str();
   CLI::Option* store = command
                            .add_option("--cache", a.store,
@@ -52,7 +58,10 @@ void add_batch_options(CLI::App& command, BatchArguments& a, const std::string& 
                                        "and optimizations; by default "
                                        "store.db in the parent folder")
                            ->type_name("FILE");
-  command.add_flag("--no-cache", a.no_store, "Share no outcomes with others")->excludes(store);
+  command
+      .add_flag("--no-cache", a.no_store,
+                "Neither take outcomes from the file of --cache nor add any")
+      ->excludes(store);
   command.add_flag("--resume", a.resume,
                    "Fail when the folder does not hold this " + what +
                        ". Without it, finished runs in the folder are also taken");
@@ -60,9 +69,9 @@ void add_batch_options(CLI::App& command, BatchArguments& a, const std::string& 
       .add_option("--progress", a.progress,
                   "On standard error: text with a bar, a JSON object a line for each event, or "
                   "nothing")
-      ->check(CLI::IsMember({"text", "json", "none"}))
+      ->check(one_of({"text", "json", "none"}))
       ->capture_default_str();
-  command.add_flag("--json", a.json, "Print JSON on standard output and nothing else");
+  command.add_flag("--json", a.json, json_help);
 }
 
 }  // namespace firn

@@ -51,18 +51,6 @@ std::vector<Override> overrides_of(const MaterialRecord& r, const ReferenceSet& 
   return overrides;
 }
 
-// 99 % of Student's distribution with this many degrees of freedom, both sides. Between two
-// tabulated ones the smaller number, whose bound is wider.
-double student_99(std::size_t degrees_of_freedom) {
-  constexpr std::pair<std::size_t, double> table[] = {
-      {1, 63.657}, {2, 9.925}, {3, 5.841},  {4, 4.604},  {5, 4.032},  {6, 3.707},  {7, 3.499},
-      {8, 3.355},  {9, 3.250}, {10, 3.169}, {15, 2.947}, {20, 2.845}, {30, 2.750}, {60, 2.660}};
-  double value = table[0].second;
-  for (const auto& [freedom, quantile] : table)
-    if (freedom <= degrees_of_freedom) value = quantile;
-  return value;
-}
-
 // One response over the runs of a reference set.
 struct Replayed {
   std::vector<double> recorded;  // of the runs that were repeated
@@ -91,7 +79,7 @@ void judge(const Replayed& r, bool same_program, RecordCheck& check) {
   } else {
     // Chaos makes of another program's run another member of the same population.
     const double bound =
-        student_99(r.all.size() - 1) * standard_deviation(r.all) *
+        student_factor(static_cast<double>(r.all.size() - 1), 0.99) * standard_deviation(r.all) *
         std::sqrt(1 / static_cast<double>(r.now.size()) + 1 / static_cast<double>(r.all.size()));
     if (!(std::abs(mean(r.now) - mean(r.all)) <= bound)) check.outcome = CheckOutcome::failed;
     check.detail += fmt::format("; the recorded scatter allows {:.2g}", bound);

@@ -4,7 +4,8 @@
 //   FIRN_IO_COUNT=FILE        8 bytes, mapped: the number of calls so far; must exist
 //   FIRN_IO_FAIL=K:ERRNO:N    calls K to K + N - 1 (from 1) do nothing and fail with ERRNO
 //   FIRN_IO_SIGNAL=K:SIGNAL   the process gets the signal before its call K
-//   FIRN_IO_LOG=FILE          one record a successful call, as tests/app/io_faults.cpp reads it
+//   FIRN_IO_LOG=FILE          one record a successful call, read by
+//                             tests/app/robustness/io_faults.cpp
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <signal.h>

@@ -5,8 +5,8 @@
 #include <sstream>
 #include <vector>
 
-#include "tests/app/hostile_inputs.h"
 #include "tests/app/program.h"
+#include "tests/app/robustness/hostile_inputs.h"
 
 namespace firn::cli {
 namespace {
@@ -33,6 +33,20 @@ TEST(CalibrateCommand, EndsWithFiveLines) {
   EXPECT_THAT(last[3], StartsWith("Measure next: "));
   EXPECT_EQ(last[4], "Report:       runs/study/report.html");
   EXPECT_THAT(read_text(folder.path() / "runs/study/report.html"), HasSubstr("<h1>"));
+}
+
+TEST(CalibrateCommand, NamesTheParameterWhoseKeyTheCaseLacks) {
+  const Folder folder;
+  folder.write("case.toml", hostile::rich_case);
+  std::string study = hostile::study_file;
+  const std::string key = "materials.ice.density";
+  study.replace(study.find(key), key.size(), "materials.ice.densty");
+  folder.write("study.toml", study);
+  const Outcome o = folder.firn({"calibrate", "study.toml", "--no-cache", "--progress", "none"});
+  EXPECT_EQ(o.status, 2);
+  EXPECT_EQ(lines(o.err), 1u) << o.err;
+  EXPECT_THAT(o.err, HasSubstr("study.toml:15: parameters.rho.keys: the case case.toml has no key "
+                               "\"materials.ice.densty\"; the nearest known one is \"density\""));
 }
 
 // A study starts no program unless the user says so, and nothing of it is made before.

@@ -11,7 +11,7 @@
 #include <regex>
 #include <thread>
 
-#include "tests/app/browser.h"
+#include "tests/app/pages/browser.h"
 #include "tests/app/program.h"
 #include "tests/support/small_cases.h"
 
@@ -215,6 +215,9 @@ TEST(ViewCommand, FollowsEveryFileOfACase) {
   const std::string wrong = after("machine.toml", changed(two_boxes, "restitution", "restitutoin"));
   EXPECT_THAT(wrong, HasSubstr("restitutoin"));
   EXPECT_THAT(wrong, HasSubstr("<mark>"));
+  EXPECT_THAT(wrong, HasSubstr("aria-label=\"machine.toml about line"));
+  EXPECT_THAT(wrong, HasSubstr("<body class=\"alerted outdated\">"));
+  EXPECT_THAT(good, HasSubstr("<body>"));
   EXPECT_THAT(wrong, HasSubstr("<h1>outer</h1>"));  // the last good scene
   EXPECT_THAT(wrong, HasSubstr("id=\"replay-data-case\""));
 }
@@ -260,6 +263,32 @@ TEST(ViewInABrowser, RedrawsACaseAndShowsErrorsAtTheirLine) {
       browser.value("document.querySelector('[role=alert] mark').innerText").get<std::string>(),
       HasSubstr("kind = \"plan\""));
   ASSERT_TRUE(browser.becomes(view + "?.dataset.ready === 'yes'"));
+  // Next to the last good scene, which is dimmed: file and line, reached by the keyboard.
+  EXPECT_THAT(
+      browser.value("document.querySelector('[role=alert] p').innerText").get<std::string>(),
+      HasSubstr("case.toml:36: "));
+  EXPECT_THAT(
+      browser.value("document.querySelector('[role=alert] mark').innerText").get<std::string>(),
+      HasSubstr("36 > kind"));
+  EXPECT_LT(
+      browser.value("Number(getComputedStyle(document.querySelector('.replay canvas')).opacity)")
+          .get<double>(),
+      0.6);
+  const std::string alert = "document.querySelector('[role=alert]')",
+                    scene = "document.querySelector('.replay canvas')";
+  const auto both_in_sight = [&] {
+    browser.value("scrollTo(0, " + scene + ".getBoundingClientRect().top + scrollY - 400)");
+    return browser.becomes(alert + ".getBoundingClientRect().top >= 0 && " + alert +
+                           ".getBoundingClientRect().bottom <= innerHeight && " + scene +
+                           ".getBoundingClientRect().top < innerHeight");
+  };
+  EXPECT_TRUE(both_in_sight());
+  EXPECT_EQ(browser.value(alert + ".tabIndex"), 0);
+  browser.resize(500, 900);
+  browser.value("document.documentElement.style.width = '400px'");
+  EXPECT_TRUE(both_in_sight());
+  EXPECT_LE(browser.value("document.body.scrollWidth").get<int>(), 400);
+  browser.resize(1200, 1000);
   folder.write("case.toml", good);
   ASSERT_TRUE(browser.becomes("!document.querySelector('[role=alert]')"));
 
@@ -268,6 +297,50 @@ TEST(ViewInABrowser, RedrawsACaseAndShowsErrorsAtTheirLine) {
   EXPECT_TRUE(browser.becomes(
       "document.documentElement.scrollWidth <= document.documentElement.clientWidth"))
       << browser.value("document.documentElement.scrollWidth");
+  EXPECT_EQ(browser.console_errors(), "");
+}
+
+// The list shows a boundary in the scene and its name, a click in the scene names it in the list,
+// and a key shows all names.
+TEST(ViewInABrowser, NamesBoundaries) {
+  const Folder folder;
+  folder.write("case.toml", std::string(two_boxes) +
+                                "[[boundaries]]\nname = \"slider\"\nmaterial = \"plastic\"\nkind = "
+                                "\"box\"\nposition = \"0.06 0 0.02 m\"\nsize = \"40 40 40 mm\"\n");
+  const Viewer viewer(folder, {"case.toml"});
+  Browser browser;
+  browser.open(viewer.address());
+  ASSERT_TRUE(browser.becomes("document.querySelector('.replay')?.dataset.ready === 'yes'"));
+  EXPECT_EQ(browser.value("document.querySelector('.replay-legend').textContent"), "");  // one kind
+  const std::string names =
+      "[...document.querySelectorAll('.replay-labels span')].map((s) => s.textContent).join()";
+  const std::string entry = "document.querySelectorAll('.replay-list label')[1]";
+  EXPECT_EQ(browser.value(names), "");
+  browser.value(entry + ".dispatchEvent(new MouseEvent('mouseenter'))");
+  EXPECT_TRUE(browser.becomes(names + " === 'slider'"));
+  EXPECT_EQ(browser.value(entry + ".className"), "replay-strong");
+  browser.value(entry + ".dispatchEvent(new MouseEvent('mouseleave'))");
+  EXPECT_TRUE(browser.becomes(names + " === ''"));
+
+  const std::string found = browser.value(R"((() => {
+      const canvas = document.querySelector('.replay canvas'), box = canvas.getBoundingClientRect(), found = new Set();
+      HTMLElement.prototype.setPointerCapture = () => {};  // a pointer that does not exist cannot be captured
+      for (let k = 0; k < 900; ++k) {
+        const at = {pointerId: 1, clientX: box.left + box.width * (k % 30 + 0.5) / 30,
+                    clientY: box.top + box.height * (Math.floor(k / 30) + 0.5) / 30, bubbles: true};
+        canvas.dispatchEvent(new PointerEvent('pointerdown', at));
+        canvas.dispatchEvent(new PointerEvent('pointerup', at));
+        found.add(document.querySelector('.replay-here').value);
+      }
+      return [...found].sort().join();
+    })())");
+  EXPECT_THAT(found, HasSubstr("Here: floor,Here: slider"));
+  browser.value("document.querySelector('.replay canvas').focus()");
+  browser.press("\uE00C");  // Escape
+  EXPECT_TRUE(browser.becomes(names + " === ''"));
+  EXPECT_EQ(browser.value("document.querySelector('.replay-here').value"), "");
+  browser.press("n");
+  EXPECT_TRUE(browser.becomes(names + " === 'floor,slider'"));
   EXPECT_EQ(browser.console_errors(), "");
 }
 
@@ -332,6 +405,14 @@ TEST(ViewInABrowser, FollowsAStudyToItsEnd) {
   ::waitpid(calibration, &status, 0);
   EXPECT_TRUE(browser.becomes("document.body.innerText.includes('study is not running')",
                               std::chrono::seconds(30)));
+  browser.resize(500, 900);  // as a phone: tables scroll by themselves
+  browser.value("document.documentElement.style.width = '400px'");
+  EXPECT_EQ(browser.value(R"([...document.querySelectorAll('body *')].filter((e) => {
+      for (let p = e.parentElement; p; p = p.parentElement)
+        if (['auto', 'hidden', 'scroll'].includes(getComputedStyle(p).overflowX)) return false;
+      return e.getBoundingClientRect().right > 401;
+    }).length)"),
+            0);
   EXPECT_EQ(browser.console_errors(), "");
 }
 

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <map>
+#include <regex>
 #include <sstream>
 
 #include "experiments/storage/version.h"
@@ -69,6 +72,37 @@ TEST(Usage, EverySubCommandHasHelpAManualPageAndASection) {
     EXPECT_THAT(pages, HasSubstr(" " + name + " "));
     EXPECT_THAT(reference, HasSubstr("\n## firn " + name + "\n"));
   }
+}
+
+// Options of the commands on the pages are in the help texts. Those of firn materials belong to its
+// sub-commands.
+TEST(Usage, CommandsOnThePagesHaveTheirOptions) {
+  namespace fs = std::filesystem;
+  static const std::regex continued(R"(\\\n *)"), option("[ [](--[a-z][a-z-]*)");
+  static const std::regex command(R"((?:^|[\s`/(])firn ([a-z-]+)([^`\n|#&;]*))");
+  const Folder folder;
+  std::map<std::string, std::string> help;
+  for (const std::string& name : subcommands())
+    if (name != "materials") help[name] = folder.firn({name, "--help"}).out;
+  std::vector<fs::path> pages = {fs::path(FIRN_SOURCE_DIR) / "README.md"};
+  for (const char* part : {"docs", "cases"})
+    for (const auto& entry : fs::recursive_directory_iterator(fs::path(FIRN_SOURCE_DIR) / part))
+      if (entry.path().extension() == ".md") pages.push_back(entry.path());
+  int count = 0;
+  for (const fs::path& page : pages) {
+    const std::string text = std::regex_replace(read_text(page), continued, " ");
+    for (std::sregex_iterator c(text.begin(), text.end(), command), end; c != end; ++c) {
+      const auto known = help.find((*c)[1]);
+      if (known == help.end()) continue;
+      const std::string arguments = (*c)[2];
+      for (std::sregex_iterator o(arguments.begin(), arguments.end(), option); o != end; ++o) {
+        ++count;
+        const std::regex whole((*o)[1].str() + "(?![a-z-])");
+        EXPECT_TRUE(std::regex_search(known->second, whole)) << page << ": " << (*c)[0];
+      }
+    }
+  }
+  EXPECT_GT(count, 100);
 }
 
 TEST(Usage, FilesOfAnotherKindAreNamed) {

@@ -7,8 +7,8 @@
 #include <fstream>
 #include <functional>
 
-#include "tests/app/hostile_inputs.h"
 #include "tests/app/program.h"
+#include "tests/app/robustness/hostile_inputs.h"
 
 namespace firn::cli {
 namespace {

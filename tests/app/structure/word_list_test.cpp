@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path source_dir = FIRN_SOURCE_DIR;
+const fs::path project_dir = FIRN_SOURCE_DIR;
 // Files in the root folder.
 constexpr const char* kPages = "pages";
 const std::vector<std::string> areas = {"app",    "calibrate",  "cases",       "cmake",   "data",
@@ -123,17 +123,18 @@ std::map<std::string, int> uses_in_identifiers(const std::string& text,
 // Files that may use avoided words: the glossary, the list, its test, the table of old names, and a
 // recorded page of an earlier version.
 bool may_use_avoided_words(const fs::path& file) {
-  static const std::set<fs::path> files = {
-      source_dir / "docs/glossary.md", source_dir / "docs/paper-report.html",
-      source_dir / "experiments/text/toml_aliases.cpp", source_dir / "tests/app/word_list.txt",
-      source_dir / "tests/app/word_list_test.cpp"};
+  static const std::set<fs::path> files = {project_dir / "docs/glossary.md",
+                                           project_dir / "docs/paper-report.html",
+                                           project_dir / "experiments/text/toml_aliases.cpp",
+                                           project_dir / "tests/app/structure/word_list.txt",
+                                           project_dir / "tests/app/structure/word_list_test.cpp"};
   return files.contains(file);
 }
 
 // Hidden files and folders, and what Python makes on installation, are not part of the sources.
 bool is_left_out(const fs::path& path) {
   return path.filename().string().starts_with(".") || path.filename() == "__pycache__" ||
-         path.extension() == ".egg-info" || path == source_dir / "tests/fuzz/corpus";
+         path.extension() == ".egg-info" || path == project_dir / "tests/fuzz/corpus";
 }
 
 // Files of an area: sources, scripts, data and pages. Those with a byte 0 are no text.
@@ -145,9 +146,9 @@ std::vector<fs::path> files_of(const std::string& area) {
       files.push_back(entry.path());
   };
   if (area == kPages) {
-    for (const auto& entry : fs::directory_iterator(source_dir)) take(entry);
+    for (const auto& entry : fs::directory_iterator(project_dir)) take(entry);
   } else {
-    fs::recursive_directory_iterator entry(source_dir / area);
+    fs::recursive_directory_iterator entry(project_dir / area);
     for (; entry != fs::recursive_directory_iterator(); ++entry) {
       if (is_left_out(entry->path())) entry.disable_recursion_pending();
       take(*entry);
@@ -158,7 +159,7 @@ std::vector<fs::path> files_of(const std::string& area) {
 }
 
 TEST(WordList, AvoidedWordsOnlyDecrease) {
-  std::ifstream file(source_dir / "tests/app/word_list.txt");
+  std::ifstream file(project_dir / "tests/app/structure/word_list.txt");
   const auto list = read_list(file);
   ASSERT_GT(list.size(), 30u);
   std::map<std::string, std::map<std::string, int>> found;  // word, area
@@ -179,7 +180,7 @@ TEST(WordList, AvoidedWordsOnlyDecrease) {
         if (const auto uses = inside.find(phrase); uses != inside.end()) count += uses->second;
         if (count == 0) continue;
         found[phrase][area] += count;
-        where[phrase] += "\n  " + fs::relative(path, source_dir).string();
+        where[phrase] += "\n  " + fs::relative(path, project_dir).string();
       }
     }
     for (const auto& [phrase, word] : list) {

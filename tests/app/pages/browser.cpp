@@ -1,4 +1,4 @@
-#include "tests/app/browser.h"
+#include "tests/app/pages/browser.h"
 
 #include <fcntl.h>
 #include <httplib.h>

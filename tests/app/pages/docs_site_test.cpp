@@ -36,10 +36,11 @@ TEST(DocsSite, IsCompleteAndLoadsNothingFromOutside) {
 
   const std::regex loaded(R"(<(?:script|link|img|iframe)\b[^>]*\b(?:src|href)="(?:https?:)?//)");
   int pages = 0;
-  for (const auto& page : fs::directory_iterator(fs::path(FIRN_SOURCE_DIR) / "docs")) {
+  for (const auto& page : fs::recursive_directory_iterator(fs::path(FIRN_SOURCE_DIR) / "docs")) {
     if (page.path().extension() != ".md") continue;
     ++pages;
-    const fs::path html = fs::path(site) / "docs" / (page.path().stem().string() + ".html");
+    const fs::path html =
+        site / fs::relative(page.path(), FIRN_SOURCE_DIR).replace_extension(".html");
     ASSERT_TRUE(fs::exists(html)) << html;
     EXPECT_FALSE(std::regex_search(read(html), loaded)) << html;
   }

@@ -13,8 +13,8 @@
 #include <random>
 #include <thread>
 
-#include "tests/app/hostile_inputs.h"
 #include "tests/app/program.h"
+#include "tests/app/robustness/hostile_inputs.h"
 
 namespace firn::cli {
 namespace {

@@ -6,9 +6,14 @@
 #include <chrono>
 #include <csignal>
 #include <nlohmann/json.hpp>
+#include <random>
+#include <sstream>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "experiments/results/results_file.h"
+#include "experiments/text/number_text.h"
 #include "tests/app/program.h"
 #include "tests/support/small_cases.h"
 
@@ -147,6 +152,82 @@ TEST(RunCommand, RequirementsDecideTheStatus) {
   const Outcome old = folder.firn({"measure", "a.h5", "--require", "covered_fraction_left<=2"});
   EXPECT_EQ(old.status, 0) << old.err;
   EXPECT_THAT(old.err, HasSubstr("\"covered_fraction_left\" is now \"window_coverage_left\""));
+}
+
+// Tables show 0 below the resolution of the unit, JSON all digits.
+TEST(RunCommand, TablesShowZeroForRoundingAlone) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  int zeros = 0;
+  for (const std::string gravity : {"1e-13", "3e-11", "1e-9", "2e-7", "1e-4", "1"}) {
+    const std::string file = "g" + gravity + ".h5";
+    const Outcome run = folder.firn({"run", "case.toml", "-o", file, "--quiet", "--set",
+                                     "case.gravity=\"0 0 -" + gravity + " m/s^2\""});
+    ASSERT_EQ(run.status, 0) << run.err;
+    const json measured = json::parse(folder.firn({"measure", file, "--json"}).out);
+    const double energy = measured["responses"]["kinetic_energy_end"]["value"];
+    EXPECT_GT(energy, 0) << gravity;
+    std::istringstream table(folder.firn({"measure", file}).out);
+    std::string shown;
+    for (std::string line; std::getline(table, line);) {
+      std::istringstream words(line);
+      std::string name, value;
+      if (words >> name >> value && name == "kinetic_energy_end") shown = value;
+    }
+    EXPECT_EQ(shown, number_text(resolved(energy, "J"))) << gravity;
+    zeros += shown == "0";
+  }
+  EXPECT_GE(zeros, 1);
+  EXPECT_LE(zeros, 5);
+}
+
+// The first column of each line.
+std::vector<std::string> first_words(const std::string& text) {
+  std::vector<std::string> words;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);)
+    words.push_back(line.substr(0, line.find(' ')));
+  return words;
+}
+
+// Sensors at random heights: each has many responses, and nothing passes some of them.
+TEST(RunCommand, LongTablesEndWithTheMainResults) {
+  std::mt19937_64 random(31);
+  std::uniform_real_distribution<double> height(-0.01, 0.03);
+  const Folder folder;
+  for (const int sensors : {0, 1, 2, 4, 7}) {
+    std::string text = two_boxes;
+    for (int i = 0; i < sensors; ++i)
+      text += "[[sensors]]\nname = \"s" + std::to_string(i) + "\"\npoint = \"0 0 " +
+              std::to_string(i == 0 ? 0.0115 : height(random)) + " m\"\nnormal = [0, 0, -1]\n";
+    folder.write("case.toml", text);
+    const Outcome run = folder.firn({"run", "case.toml", "-o", "run.h5", "--quiet"});
+    ASSERT_EQ(run.status, 0) << run.err;
+    EXPECT_EQ(folder.firn({"measure", "run.h5"}).out, run.out);
+    const json measured = json::parse(folder.firn({"measure", "run.h5", "--json"}).out);
+    std::vector<std::string> rows = first_words(run.out);
+    const std::size_t all = measured["responses"].size();
+    ASSERT_GE(rows.size(), all);
+    const std::vector<std::string> rest(rows.begin() + static_cast<std::ptrdiff_t>(all),
+                                        rows.end());
+    rows.resize(all);
+    for (const std::string& row : rows) EXPECT_TRUE(measured["responses"].contains(row)) << row;
+    if (sensors > 0) {
+      EXPECT_EQ(rows[0], "s0_count");
+    }
+    if (all <= 25) {
+      EXPECT_TRUE(rest.empty()) << sensors;
+      continue;
+    }
+    ASSERT_GE(rest.size(), 3u) << sensors;
+    EXPECT_LE(rest.size(), 8u);
+    EXPECT_EQ(rest[0], "");
+    EXPECT_EQ(rest[1], "Main");
+    for (std::size_t i = 2; i < rest.size(); ++i) EXPECT_EQ(rest[i], rows[i - 2]);
+    // A response that is asked for by name is all that is printed.
+    EXPECT_THAT(first_words(folder.firn({"measure", "run.h5", "--response", "present_mass"}).out),
+                testing::ElementsAre("present_mass"));
+  }
 }
 
 TEST(RunCommand, InterruptedRunIsSavedAndGoesOn) {

@@ -1,4 +1,4 @@
-#include "tests/app/io_faults.h"
+#include "tests/app/robustness/io_faults.h"
 
 #include <cstdlib>
 #include <cstring>

@@ -24,9 +24,9 @@
 
 #include "experiments/results/results_lock.h"
 #include "experiments/storage/hdf5_file.h"
-#include "tests/app/hostile_inputs.h"
-#include "tests/app/io_faults.h"
 #include "tests/app/program.h"
+#include "tests/app/robustness/hostile_inputs.h"
+#include "tests/app/robustness/io_faults.h"
 
 namespace firn::cli {
 namespace {
