@@ -13,7 +13,8 @@ project = "Firn"
 author = "The Firn developers"
 copyright = "The Firn developers, Apache-2.0"
 extensions = ["myst_parser"]
-include_patterns = ["README.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md", "docs/*.md", "cases/*/README.md"]
+include_patterns = ["README.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md", "docs/*.md", "docs/tutorials/*.md", "docs/how-to/*.md",
+                    "cases/*/README.md"]
 root_doc = "docs/README"
 source_suffix = {".md": "markdown"}
 myst_heading_anchors = 5  # as the Git hosts make them
