@@ -68,11 +68,11 @@ std::vector<bool> numeric_columns(const Table& table) {
 
 std::string cell_html(const Cell& cell, bool right) {
   std::string html = "<td";
-  constexpr std::size_t kLong = 24;  // characters
+  constexpr std::size_t kLong = 24, kParagraph = 120;  // characters
   if (right)
     html += " class=\"n\"";
   else if (cell.text.size() > kLong)
-    html += " class=\"long\"";
+    html += cell.text.size() > kParagraph ? " class=\"long paragraph\"" : " class=\"long\"";
   if (numeric(cell)) html += fmt::format(" data-v=\"{}\"", cell.value);
   if (std::isfinite(cell.uncertainty)) html += fmt::format(" data-u=\"{}\"", cell.uncertainty);
   html += ">";

@@ -25,13 +25,15 @@ inline bool has_browser() { return !output_of("command -v chromium").empty(); }
 
 // The document 10 s of virtual time after it was opened. Fails the test if the page wrote to the
 // console.
-inline std::string document_of(const std::filesystem::path& page, const std::string& hash = "") {
+inline std::string document_of(const std::filesystem::path& page, const std::string& hash = "",
+                               const std::string& window = "800,600") {
   const std::string folder = page.parent_path().string(), log = folder + "/log";
   const std::string dom = output_of(
       "timeout 120 chromium --headless --no-sandbox --use-angle=swiftshader "
       "--enable-unsafe-swiftshader --enable-logging=stderr --virtual-time-budget=10000 "
-      "--user-data-dir='" +
-      folder + "/profile' --dump-dom 'file://" + page.string() + hash + "' 2>'" + log + "'");
+      "--window-size=" +
+      window + " --user-data-dir='" + folder + "/profile' --dump-dom 'file://" + page.string() +
+      hash + "' 2>'" + log + "'");
   EXPECT_FALSE(dom.empty()) << output_of("tail -n 3 '" + log + "'");
   EXPECT_EQ(output_of("grep -E 'CONSOLE' '" + log + "' | head -n 5 | cut -c1-300"), "");
   return dom;

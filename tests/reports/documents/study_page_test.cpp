@@ -5,6 +5,7 @@
 
 #include <fstream>
 
+#include "tests/reports/browser.h"
 #include "tests/reports/damaged_json.h"
 #include "tests/support/fake_experiment.h"
 #include "tests/support/results_folder.h"
@@ -302,6 +303,34 @@ using StudyPageLong = StudyPage;
 TEST_F(StudyPageLong, TakesOrRefusesAllThatIsDamaged) {
   test::damage(test::Json::parse(kResults), 0,
                [&](const std::string& text) { study_page(read_results_json(file(text))); });
+}
+
+// Only tables are wider than a phone, and they scroll by themselves. A long text does not make its
+// row as tall as a page.
+TEST_F(StudyPage, FitsAPhone) {
+  if (!has_browser()) GTEST_SKIP() << "chromium is not installed: the page is not laid out";
+  test::Json j = test::Json::parse(kResults);
+  std::string source;
+  while (source.size() < 600) source += "assumed from seven readings of a protractor; ";
+  j["targets"][0]["source"] = source;
+  j["parameters"][0]["keys"] = {"interactions.ice-plastic.static_friction",
+                                "interactions.ice-plastic.dynamic_friction"};
+  page::Page page = study_page(read_results_json(file(j.dump())));
+  page.add_script(R"(addEventListener('load', () => {
+    document.documentElement.style.width = '400px';
+    const outside = [...document.querySelectorAll('body *')].filter((e) => {
+      for (let p = e.parentElement; p; p = p.parentElement)
+        if (['auto', 'hidden', 'scroll'].includes(getComputedStyle(p).overflowX)) return false;
+      return e.getBoundingClientRect().right > 401;
+    });
+    const heights = [...document.querySelectorAll('tr')].map((r) => r.getBoundingClientRect().height);
+    document.body.dataset.outside = outside.map((e) => e.outerHTML.slice(0, 80)).join();
+    document.body.dataset.tall = heights.some((h) => h > 450) ? Math.max(...heights) : 'none';
+  });)");
+  std::ofstream(path("page.html")) << page.html();
+  const std::string dom = document_of(path("page.html"), "", "500,900");
+  EXPECT_THAT(dom, HasSubstr("data-outside=\"\""));
+  EXPECT_THAT(dom, HasSubstr("data-tall=\"none\""));
 }
 
 }  // namespace
