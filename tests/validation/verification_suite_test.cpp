@@ -6,7 +6,7 @@
 #include <cmath>
 #include <ostream>
 
-#include "validation/verification/check.h"
+#include "validation/verification/suite.h"
 
 namespace firn::verification {
 

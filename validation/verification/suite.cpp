@@ -7,12 +7,16 @@
 #include <atomic>
 #include <chrono>
 #include <exception>
+#include <iterator>
 #include <mutex>
 #include <numeric>
 #include <set>
 #include <thread>
 
 #include "firn/math.h"
+#include "validation/verification/assemblies/cases.h"
+#include "validation/verification/robustness/cases.h"
+#include "validation/verification/single_body/cases.h"
 
 namespace firn::verification {
 
@@ -26,6 +30,18 @@ double max_tolerance_fraction(const CaseResult& result) {
   double most = 0;
   for (const Check& c : result.checks) most = std::max(most, tolerance_fraction(c));
   return most;
+}
+
+std::vector<VerificationCase> all_cases() {
+  std::vector<VerificationCase> all;
+  for (auto* cases :
+       {impact_cases, energy_cases, body_cases, structure_cases, bulk_cases, machine_cases,
+        invariance_cases, mesh_cases, tessellation_cases, curved_wall_cases, robustness_cases}) {
+    std::vector<VerificationCase> some = cases();
+    all.insert(all.end(), std::make_move_iterator(some.begin()),
+               std::make_move_iterator(some.end()));
+  }
+  return all;
 }
 
 std::vector<VerificationCase> select(const std::vector<std::string>& names, bool full) {

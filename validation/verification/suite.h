@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "validation/verification/check.h"
+#include "validation/verification/fixtures/check.h"
 
 namespace firn::verification {
 
@@ -20,6 +20,9 @@ struct CaseResult {
 bool passed(const CaseResult& result);
 // Largest tolerance fraction of the checks, 0 without checks.
 double max_tolerance_fraction(const CaseResult& result);
+
+// All cases of the suite, in the order of the page.
+std::vector<VerificationCase> all_cases();
 
 // The cases chosen by names of groups or cases ("impact", "bulk.dice"), in the suite's order. No
 // names: all, those of the full tier only when `full`. Throws InputError for an unknown name.

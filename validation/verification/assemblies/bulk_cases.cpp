@@ -8,6 +8,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "validation/verification/assemblies/cases.h"
 #include "validation/verification/fixtures/bulk_scenes.h"
 
 namespace firn::verification {

@@ -1,7 +1,7 @@
 // The parts of the bulk group.
 #pragma once
 
-#include "validation/verification/check.h"
+#include "validation/verification/fixtures/check.h"
 
 namespace firn::verification {
 

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "validation/verification/assemblies/cases.h"
 #include "validation/verification/fixtures/closed_forms.h"
 #include "validation/verification/fixtures/mechanisms.h"
 

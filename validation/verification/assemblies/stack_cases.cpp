@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "validation/verification/assemblies/cases.h"
 #include "validation/verification/assemblies/structure_cases.h"
 #include "validation/verification/fixtures/scenes.h"
 

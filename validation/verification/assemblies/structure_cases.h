@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "validation/verification/check.h"
+#include "validation/verification/fixtures/check.h"
 
 namespace firn::verification {
 

@@ -12,6 +12,7 @@
 #include "experiments/meshes/wall_solids.h"
 #include "validation/verification/fixtures/closed_forms.h"
 #include "validation/verification/fixtures/wall_impact.h"
+#include "validation/verification/robustness/cases.h"
 
 namespace firn::verification {
 

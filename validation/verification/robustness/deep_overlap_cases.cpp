@@ -5,7 +5,7 @@
 #include <cmath>
 #include <tuple>
 
-#include "validation/verification/check.h"
+#include "validation/verification/fixtures/check.h"
 #include "validation/verification/fixtures/wall_impact.h"
 #include "validation/verification/robustness/robustness_cases.h"
 

@@ -6,7 +6,7 @@
 #include <functional>
 #include <numbers>
 
-#include "validation/verification/check.h"
+#include "validation/verification/fixtures/check.h"
 #include "validation/verification/fixtures/meshes.h"
 #include "validation/verification/fixtures/scenes.h"
 #include "validation/verification/robustness/robustness_cases.h"

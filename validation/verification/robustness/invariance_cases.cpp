@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "validation/verification/fixtures/closed_forms.h"
+#include "validation/verification/robustness/cases.h"
 
 namespace firn::verification {
 namespace {

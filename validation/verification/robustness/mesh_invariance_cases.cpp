@@ -5,9 +5,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "validation/verification/check.h"
+#include "validation/verification/fixtures/check.h"
 #include "validation/verification/fixtures/meshes.h"
 #include "validation/verification/fixtures/wall_impact.h"
+#include "validation/verification/robustness/cases.h"
 
 namespace firn::verification {
 namespace {

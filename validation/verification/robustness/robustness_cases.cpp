@@ -3,6 +3,8 @@
 
 #include <iterator>
 
+#include "validation/verification/robustness/cases.h"
+
 namespace firn::verification {
 
 std::vector<VerificationCase> robustness_cases() {

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "validation/verification/check.h"
+#include "validation/verification/fixtures/check.h"
 
 namespace firn::verification {
 

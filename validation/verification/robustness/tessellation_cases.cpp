@@ -11,6 +11,7 @@
 #include "validation/verification/fixtures/closed_forms.h"
 #include "validation/verification/fixtures/meshes.h"
 #include "validation/verification/fixtures/wall_impact.h"
+#include "validation/verification/robustness/cases.h"
 
 namespace firn::verification {
 

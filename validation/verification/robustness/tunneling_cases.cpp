@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "validation/verification/check.h"
+#include "validation/verification/fixtures/check.h"
 #include "validation/verification/fixtures/wall_impact.h"
 #include "validation/verification/robustness/robustness_cases.h"
 

@@ -7,8 +7,9 @@
 #include <numbers>
 #include <optional>
 
-#include "validation/verification/check.h"
+#include "validation/verification/fixtures/check.h"
 #include "validation/verification/fixtures/wall_impact.h"
+#include "validation/verification/single_body/cases.h"
 
 namespace firn::verification {
 namespace {

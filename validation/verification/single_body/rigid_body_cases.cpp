@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "validation/verification/fixtures/closed_forms.h"
+#include "validation/verification/single_body/cases.h"
 
 namespace firn::verification {
 
