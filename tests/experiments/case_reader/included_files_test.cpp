@@ -8,32 +8,15 @@
 
 #include "experiments/case/case.h"
 #include "experiments/case_reader/read_case.h"
+#include "tests/experiments/run/harvest_scene.h"
 #include "tests/support/scratch_folder.h"
 
 namespace firn {
 namespace {
 
 namespace fs = std::filesystem;
+using harvest_scene::kMaterials;
 using testing::HasSubstr;
-
-constexpr const char* kMaterials = R"(
-[materials.ice]
-density = "916.7 kg/m^3"
-young_modulus = "2 MPa"
-[materials.plastic]
-young_modulus = "2 GPa"
-[interactions.ice-ice]
-static_friction = 0.1
-restitution = 0.2
-[interactions.ice-plastic]
-static_friction = 0.1
-restitution = 0.2
-[shapes.cube]
-kind = "box"
-size = "20 20 20 mm"
-material = "ice"
-rounding = "1 mm"
-)";
 
 // A mesh that does not exist, a floor and a lid.
 constexpr const char* kParts = R"(
