@@ -12,6 +12,7 @@
 #include "experiments/text/number_text.h"
 #include "experiments/text/toml_document.h"
 #include "experiments/text/toml_names.h"
+#include "experiments/text/units.h"
 
 namespace firn {
 namespace {
@@ -181,7 +182,7 @@ struct RecordMoment {
 
 RecordMoment record_moment(const TomlTable& t, const MaterialRecord& record,
                            const MaterialParameter& m, const Parameter& p) {
-  if (m.unit != (p.unit.empty() ? "1" : p.unit))
+  if (plain_unit(m.unit) != (p.unit.empty() ? "1" : p.unit))
     t.fail("material",
            fmt::format("{} is in \"{}\" there and in \"{}\" here; expected the same unit", m.name,
                        m.unit, p.unit.empty() ? "1" : p.unit));

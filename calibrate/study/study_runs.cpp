@@ -11,6 +11,8 @@
 #include <string_view>
 
 #include "experiments/analysis/sample_statistics.h"
+#include "experiments/text/toml_document.h"
+#include "experiments/text/units.h"
 
 namespace firn {
 
@@ -239,26 +241,20 @@ std::string place_of(const Study& study, const Experiment& experiment, const Ove
   return sets(experiment.set) ? experiment.place : "";
 }
 
-// The complaint of a case about a value of the study, in terms of the study; empty for any other
-// complaint. TomlDocument::apply() says how the former begins.
-std::string complaint_about_study(const Study& study, const Experiment& experiment,
-                                  const std::vector<Override>& overrides,
-                                  const std::string& complaint) {
-  for (const Override& o : overrides) {
-    const std::string label = fmt::format("--set {}={}: ", o.first, o.second);
-    if (!complaint.starts_with(label)) continue;
-    const std::string place = place_of(study, experiment, o);
-    if (place.empty()) break;
-    const std::string why = complaint.substr(label.size());
-    for (const std::string_view lacking :
-         {": unknown key; ", ": no such element; ", ": joins no two known materials; "})
-      if (const std::size_t at = why.find(lacking); at != why.npos)
-        return fmt::format("{}: the case {} has no key \"{}\"; {}", place, experiment.case_file,
-                           o.first, why.substr(at + lacking.size()));
-    return fmt::format("{}: the case {} does not take \"{}\" = {}: {}", place, experiment.case_file,
-                       o.first, o.second, why);
-  }
-  return {};
+// The error of a case in a value of the study, in terms of the study; empty where the study does
+// not state the value.
+std::string study_error(const Study& study, const Experiment& experiment,
+                        const std::vector<Override>& overrides, const OverrideError& error) {
+  const auto o = std::ranges::find_if(overrides, [&](const Override& one) {
+    return override_label(one.first, one.second) == error.label;
+  });
+  const std::string place = o == overrides.end() ? "" : place_of(study, experiment, *o);
+  if (place.empty()) return {};
+  if (!error.advice.empty())
+    return fmt::format("{}: the case {} has no key \"{}\"; {}", place, experiment.case_file,
+                       o->first, error.advice);
+  return fmt::format("{}: the case {} does not take \"{}\" = {}: {}", place, experiment.case_file,
+                     o->first, o->second, error.problem);
 }
 
 }  // namespace
@@ -268,10 +264,10 @@ BatchRun StudyRuns::case_run(const Experiment& experiment, const Point& point, s
   const std::vector<Override> overrides = overrides_of(study_, experiment, point.values, seed, set);
   try {
     return batch_.make(experiment.case_file, overrides, folder_, label, material_of(study_, seed));
-  } catch (const InputError& e) {
-    const std::string complaint = complaint_about_study(study_, experiment, overrides, e.what());
-    if (complaint.empty()) throw;
-    throw InputError(complaint);
+  } catch (const OverrideError& e) {
+    const std::string error = study_error(study_, experiment, overrides, e);
+    if (error.empty()) throw;
+    throw InputError(error);
   }
 }
 
@@ -326,7 +322,7 @@ void StudyRuns::check_responses(std::size_t experiment, const JobResult& result)
       if (r.value.size() != 1) continue;
       known.push_back(r.name);
       if (r.name != id.name) continue;
-      if (!unit.empty() && r.unit != unit)
+      if (!unit.empty() && plain_unit(r.unit) != unit)
         throw InputError(
             fmt::format("{}: {}: \"{}\" is given in \"{}\"; expected \"{}\", the "
                         "unit of the response",

@@ -26,22 +26,22 @@ namespace {
 // Throws InputError PLACE: PATH: ... for the first key or string with a character that is no text.
 // Keys, names and titles are one line; other strings may have several.
 void check_text(const toml::node& node, const std::string& path, std::string_view key,
-                const std::function<std::string(unsigned)>& place) {
+                const std::function<void(unsigned, const std::string&)>& refuse_at) {
   const auto refuse = [&](const toml::node& at, const std::string& where, const std::string& what,
                           const std::string& found) {
-    throw InputError(fmt::format("{}: {}: {} the character {}; expected printable text",
-                                 place(line_of(at)), encode::terminal(where), what, found));
+    refuse_at(line_of(at), fmt::format("{}: {} the character {}; expected printable text",
+                                       encode::terminal(where), what, found));
   };
   if (const toml::table* table = node.as_table()) {
     for (const auto& [name, value] : *table) {
       const std::string where = join_path(path, name.str());
       if (const std::string found = encode::first_unprintable(name.str()); !found.empty())
         refuse(value, where, "the key has", found);
-      check_text(value, where, name.str(), place);
+      check_text(value, where, name.str(), refuse_at);
     }
   } else if (const toml::array* array = node.as_array()) {
     for (std::size_t i = 0; i < array->size(); ++i)
-      check_text((*array)[i], join_path(path, std::to_string(i)), key, place);
+      check_text((*array)[i], join_path(path, std::to_string(i)), key, refuse_at);
   } else if (const auto* text = node.as_string()) {
     const bool line = key == "name" || key == "title";
     const std::string found =
@@ -55,8 +55,9 @@ toml::table parse(std::string_view text, const std::string& source) {
   check_toml_limits(text, source);
   try {
     toml::table table = toml::parse(text, source);
-    check_text(table, "", "",
-               [&](unsigned line) { return fmt::format("{}:{}", source, std::max(line, 1u)); });
+    check_text(table, "", "", [&](unsigned line, const std::string& problem) {
+      throw InputError(fmt::format("{}:{}: {}", source, std::max(line, 1u), problem));
+    });
     return table;
   } catch (const toml::parse_error& error) {
     throw InputError(fmt::format("{}:{}: TOML: {}; expected valid TOML", source,
@@ -200,8 +201,10 @@ void lead_files(toml::node& node, const std::filesystem::path& directory) {
   }
 }
 
-// Whether the node at a path is there and has no place in a file, as what an override made.
-bool has_no_line(const toml::table& root, const std::string& path) {
+// Calls `see` for each node on the way to a canonical path. Returns the last one; null: it is not
+// there.
+template <class See>
+const toml::node* walk(const toml::table& root, const std::string& path, See see) {
   const toml::node* node = &root;
   for (std::size_t from = 0; node != nullptr && from < path.size();) {
     const std::size_t end = std::min(path.find('.', from), path.size());
@@ -215,8 +218,19 @@ bool has_no_line(const toml::table& root, const std::string& path) {
     } else {
       node = nullptr;
     }
+    if (node != nullptr) see(*node);
     from = end + 1;
   }
+  return node;
+}
+
+std::string with_advice(const std::string& problem, const std::string& advice) {
+  return advice.empty() ? problem : problem + "; " + advice;
+}
+
+// Whether the node at a path is there and has no place in a file, as what an override made.
+bool has_no_line(const toml::table& root, const std::string& path) {
+  const toml::node* node = walk(root, path, [](const toml::node&) {});
   return node != nullptr && line_of(*node) == 0;
 }
 
@@ -277,6 +291,16 @@ void include_files(toml::table& table, const std::filesystem::path& directory,
 
 }  // namespace
 
+OverrideError::OverrideError(std::string by, std::string what_is_wrong, std::string what_to_write)
+    : InputError(by + ": " + with_advice(what_is_wrong, what_to_write)),
+      label(std::move(by)),
+      problem(std::move(what_is_wrong)),
+      advice(std::move(what_to_write)) {}
+
+std::string override_label(const std::string& path, const std::string& value) {
+  return fmt::format("--set {}={}", path, value);
+}
+
 void TomlDocument::include(const std::string& directory) {
   directory_ = directory;
   int files = 0;
@@ -308,23 +332,10 @@ std::string TomlDocument::named(const std::string& path) const {
 }
 
 std::string TomlDocument::source_of(const std::string& path) const {
-  const toml::node* node = &root_;
   std::string file = source_;
-  for (std::size_t from = 0; node != nullptr && from <= path.size();) {
-    const std::size_t end = std::min(path.find('.', from), path.size());
-    const std::string key = path.substr(from, end - from);
-    if (const toml::table* table = node->as_table()) {
-      node = table->get(key);
-    } else if (const toml::array* array = node->as_array()) {
-      std::size_t index = array->size();
-      std::from_chars(key.data(), key.data() + key.size(), index);
-      node = array->get(index);
-    } else {
-      node = nullptr;
-    }
-    if (node != nullptr && node->source().path) file = *node->source().path;
-    from = end + 1;
-  }
+  walk(root_, path, [&](const toml::node& node) {
+    if (node.source().path) file = *node.source().path;
+  });
   return file;
 }
 
@@ -355,8 +366,7 @@ void TomlDocument::use_current(toml::table& root, const std::string& file) const
 }
 
 void TomlDocument::apply(const std::vector<std::pair<std::string, std::string>>& overrides) {
-  for (const auto& [path, value] : overrides)
-    set(path, value, fmt::format("--set {}={}", path, value));
+  for (const auto& [path, value] : overrides) set(path, value, override_label(path, value));
   if (!overrides.empty()) use_current(root_, kOverride);  // words and tables that they brought in
 }
 
@@ -384,17 +394,21 @@ std::string TomlDocument::first_names_text() const {
   return text_of(copy);
 }
 
-void TomlDocument::fail(const std::string& path, unsigned line, const std::string& message) const {
-  std::string place = fmt::format("{}:{}", source_of(path), std::max(line, 1u));
+void TomlDocument::fail(const std::string& path, unsigned line, const std::string& message,
+                        const std::string& advice) const {
+  const std::string* by = nullptr;
   // An override accounts for its own value, and for tables that exist only because of it.
   const std::string table = path.substr(0, path.rfind('.'));
   for (const auto& [set_path, label] : set_by_) {
     const bool made =
         (line == 0 && (set_path.starts_with(path + ".") || set_path.starts_with(table + "."))) ||
         (set_path.starts_with(path + ".") && has_no_line(root_, path));
-    if (made || path == set_path || path.starts_with(set_path + ".")) place = label;
+    if (made || path == set_path || path.starts_with(set_path + ".")) by = &label;
   }
-  throw InputError(fmt::format("{}: {}: {}", place, path.empty() ? "case" : named(path), message));
+  const std::string problem = fmt::format("{}: {}", path.empty() ? "case" : named(path), message);
+  if (by != nullptr) throw OverrideError(*by, problem, advice);
+  throw InputError(
+      fmt::format("{}:{}: {}", source_of(path), std::max(line, 1u), with_advice(problem, advice)));
 }
 
 void TomlDocument::set(const std::string& path, const std::string& value,
@@ -404,8 +418,12 @@ void TomlDocument::set(const std::string& path, const std::string& value,
     use_current_names(segments, [&](const OldNameUse& use) {
       if (old_names_ == OldNames::warn) warn_of_old_name(label, use);
     });
-  const auto refuse = [&](const std::string& where, const std::string& why) {
-    throw InputError(fmt::format("{}: {}: {}", label, named(where), why));
+  const auto refuse = [&](const std::string& where, const std::string& why,
+                          const std::string& advice = "") {
+    throw OverrideError(label, fmt::format("{}: {}", named(where), why), advice);
+  };
+  const auto refuse_text = [&](unsigned, const std::string& problem) {
+    throw OverrideError(label, problem);
   };
   toml::node* node = &root_;
   std::string canonical;
@@ -415,8 +433,8 @@ void TomlDocument::set(const std::string& path, const std::string& value,
     if (toml::array* array = node->as_array()) {
       toml::node* element = find_element(*array, segment);
       if (!element) {
-        refuse(join_path(canonical, segment),
-               fmt::format("no such element; expected one of {}", elements(*array)));
+        refuse(join_path(canonical, segment), "no such element",
+               "expected one of " + elements(*array));
       }
       const auto index = std::find_if(array->begin(), array->end(),
                                       [&](const toml::node& n) { return &n == element; }) -
@@ -424,7 +442,7 @@ void TomlDocument::set(const std::string& path, const std::string& value,
       canonical = join_path(canonical, fmt::format("{}", index));
       if (last) {
         toml::table parsed = parse_value(value);
-        check_text(*parsed.get("v"), canonical, "", [&](unsigned) { return label; });
+        check_text(*parsed.get("v"), canonical, "", refuse_text);
         array->replace(array->cbegin() + index, std::move(*parsed.get("v")));
       }
       node = element;
@@ -435,7 +453,7 @@ void TomlDocument::set(const std::string& path, const std::string& value,
     canonical = join_path(canonical, segment);
     if (last) {
       toml::table parsed = parse_value(value);
-      check_text(*parsed.get("v"), canonical, segment, [&](unsigned) { return label; });
+      check_text(*parsed.get("v"), canonical, segment, refuse_text);
       table->insert_or_assign(segment, std::move(*parsed.get("v")));
     } else {
       if (!table->contains(segment)) table->insert(segment, toml::table());

@@ -22,6 +22,18 @@
 
 namespace firn {
 
+// An error in what an override sets: `LABEL: PROBLEM`, behind it `; ADVICE`.
+struct OverrideError : InputError {
+  OverrideError(std::string by, std::string what_is_wrong, std::string what_to_write = "");
+
+  std::string label;    // of the override: override_label(), or the name of another source
+  std::string problem;  // "PATH: MESSAGE"
+  std::string advice;   // for a key that the file lacks: which ones there are; else empty
+};
+
+// "--set PATH=VALUE"
+std::string override_label(const std::string& path, const std::string& value);
+
 // A parsed file. It must outlive the TomlTable objects of its tables.
 class TomlDocument {
  public:
@@ -38,7 +50,7 @@ class TomlDocument {
 
   // Sets values before anything is read. Each override is a TOML path (elements of arrays by index
   // or by `name`) and a TOML value. Text that is not a TOML value is taken as a string. Throws
-  // InputError `--set PATH=VALUE: ...` for a path that does not exist.
+  // OverrideError `--set PATH=VALUE: ...` for a path that does not exist.
   void apply(const std::vector<std::pair<std::string, std::string>>& overrides);
   // Sets one value from another source, whose name in messages is `label`.
   void set(const std::string& path, const std::string& value, const std::string& label);
@@ -63,9 +75,11 @@ class TomlDocument {
   // The file that contains the key at `path`: this document or an included one.
   std::string source_of(const std::string& path) const;
 
-  // Throws InputError `SOURCE:LINE: PATH: MESSAGE`, or `--set PATH=VALUE: PATH: MESSAGE` for a
-  // value of an override. The message is one line. `line` 0: unknown.
-  [[noreturn]] void fail(const std::string& path, unsigned line, const std::string& message) const;
+  // Throws InputError `SOURCE:LINE: PATH: MESSAGE`, or OverrideError for a value of an override.
+  // The message is one line. `line` 0: unknown. `advice`: for a key that the file lacks, which ones
+  // there are; it follows the message.
+  [[noreturn]] void fail(const std::string& path, unsigned line, const std::string& message,
+                         const std::string& advice = "") const;
 
  private:
   // Replaces old names in a root table of the format that was read from `file`; empty: from an
@@ -151,7 +165,8 @@ class TomlTable {
   // "FILE:LINE: KEY" of this key, or of the table without one: prefix of messages.
   std::string place(std::string_view key = {}) const;
   // Throws InputError for this key; empty: for the table.
-  [[noreturn]] void fail(std::string_view key, const std::string& message) const;
+  [[noreturn]] void fail(std::string_view key, const std::string& message,
+                         const std::string& advice = "") const;
   // Returns make(). Adds file, line and key to an InputError that it throws.
   template <class F>
   auto at(std::string_view key, F make) const {

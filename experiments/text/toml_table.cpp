@@ -23,8 +23,8 @@ TomlTable TomlTable::root(TomlDocument& document) {
 void TomlTable::allow(std::span<const std::string_view> keys) const {
   for (const auto& [key, value] : *table_) {
     if (std::ranges::find(keys, key.str()) != keys.end()) continue;
-    document_->fail(path_of(key.str()), key.source().begin.line,
-                    "unknown key; " + suggestion(key.str(), {keys.begin(), keys.end()}));
+    document_->fail(path_of(key.str()), key.source().begin.line, "unknown key",
+                    suggestion(key.str(), {keys.begin(), keys.end()}));
   }
 }
 
@@ -57,8 +57,9 @@ unsigned TomlTable::line_of_key(std::string_view key) const {
   return node != nullptr && line_of(*node) > 0 ? line_of(*node) : line_;
 }
 
-void TomlTable::fail(std::string_view key, const std::string& message) const {
-  document_->fail(path_of(key), line_of_key(key), message);
+void TomlTable::fail(std::string_view key, const std::string& message,
+                     const std::string& advice) const {
+  document_->fail(path_of(key), line_of_key(key), message, advice);
 }
 
 std::string TomlTable::place(std::string_view key) const {

@@ -12,6 +12,7 @@
 #include "experiments/text/csv/csv_reader.h"
 #include "experiments/text/json_fields.h"
 #include "experiments/text/json_parser.h"
+#include "experiments/text/units.h"
 
 namespace firn {
 namespace {
@@ -38,8 +39,8 @@ void fields(Fields& f, InputOf& input) {
   f.required("text", input.run.input_text);
 }
 
-Response response_of(const std::string& name, double value, std::string unit) {
-  return {name, {value}, {}, unit.empty() ? "1" : std::move(unit), "user program", 1};
+Response response_of(const std::string& name, double value, const std::string& unit) {
+  return {name, {value}, {}, unit.empty() ? "1" : plain_unit(unit), "user program", 1};
 }
 
 template <class Fields>

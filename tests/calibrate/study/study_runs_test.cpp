@@ -26,8 +26,8 @@ class CaseReader : public Executor {
   }
 };
 
-// The complaint that ends the study `text` of the case of two boxes, which has no runs.
-std::string complaint(const Folder& folder, const std::string& text) {
+// The error that ends the study `text` of the case of two boxes, which has no runs.
+std::string error_of_study(const Folder& folder, const std::string& text) {
   folder.write("case.toml", cli::two_boxes);
   std::filesystem::remove_all(folder / "out");  // of another study
   CaseReader reader;
@@ -36,7 +36,7 @@ std::string complaint(const Folder& folder, const std::string& text) {
   } catch (const InputError& e) {
     return e.what();
   }
-  return "no complaint";
+  return "no error";
 }
 
 // One parameter with this key on line 12, and `more` after its tables.
@@ -66,7 +66,7 @@ TEST(StudyRuns, AKeyThatTheCaseLacksIsNamedWithItsPlaceInTheStudy) {
   };
   const Folder folder("lacking-key");
   for (const auto& c : cases) {
-    const std::string said = complaint(folder, one_key(c.key));
+    const std::string said = error_of_study(folder, one_key(c.key));
     EXPECT_THAT(said, StartsWith((folder / "study.toml") + ":12: parameters.p.keys: the case " +
                                  (folder / "case.toml") + " has no key \"" + c.key + "\"; "));
     EXPECT_THAT(said, HasSubstr(c.advice));
@@ -83,8 +83,8 @@ TEST(StudyRuns, TheLackingOneOfSeveralKeysIsNamed) {
       "keys = [\"interactions.ice-ice.restitution\", "
       "\"interactions.ice-ice.restitutoin\"]\n";
   EXPECT_THAT(
-      complaint(folder,
-                one_key("interactions.ice-plastic.restitution", "min = 0.1\nmax = 0.9\n", second)),
+      error_of_study(folder, one_key("interactions.ice-plastic.restitution",
+                                     "min = 0.1\nmax = 0.9\n", second)),
       StartsWith((folder / "study.toml") + ":21: parameters.q.keys: the case " +
                  (folder / "case.toml") + " has no key \"interactions.ice-ice.restitutoin\"; "));
 }
@@ -95,7 +95,7 @@ TEST(StudyRuns, AValueThatTheCaseRefusesIsNamedWithItsPlaceInTheStudy) {
        {std::pair("interactions.ice-plastic.restitution", "min = 1.5\nmax = 2.5\n"),
         std::pair("materials.ice.young_modulus", "min = \"1 m\"\nmax = \"2 m\"\n"),
         std::pair("case.duration", "min = 0.1\nmax = 0.9\n")})
-    EXPECT_THAT(complaint(folder, one_key(key, range)),
+    EXPECT_THAT(error_of_study(folder, one_key(key, range)),
                 StartsWith((folder / "study.toml") + ":12: parameters.p.keys: the case " +
                            (folder / "case.toml") + " does not take \"" + key + "\" = "));
 }
@@ -106,7 +106,7 @@ TEST(StudyRuns, OtherTablesOfAStudyNameTheirPlaces) {
   const std::string good = one_key("interactions.ice-plastic.restitution");
   const std::string missing = "interactions.ice-ice.restitutoin";
   const auto expect = [&](const std::string& text, const std::string& place) {
-    EXPECT_THAT(complaint(folder, text),
+    EXPECT_THAT(error_of_study(folder, text),
                 StartsWith((folder / "study.toml") + ":" + place + ": the case " +
                            (folder / "case.toml") + " has no key \"" + missing + "\"; "));
   };
@@ -122,7 +122,7 @@ TEST(StudyRuns, OtherTablesOfAStudyNameTheirPlaces) {
          "19: experiments.e.set");
 }
 
-// What a case lacks by itself is a complaint about the case.
+// What a case lacks by itself is an error of the case.
 TEST(StudyRuns, AFaultOfTheCaseIsNotTheStudys) {
   const Folder folder("fault-of-case");
   folder.write("bad.toml", replaced(cli::two_boxes, "restitution = 0.3", "restitution = 3"));
@@ -133,7 +133,7 @@ TEST(StudyRuns, AFaultOfTheCaseIsNotTheStudys) {
                "case.toml", "bad.toml"));
   try {
     run_study(study, folder / "out", reader);
-    ADD_FAILURE() << "no complaint";
+    ADD_FAILURE() << "no error";
   } catch (const InputError& e) {
     EXPECT_THAT(std::string(e.what()), StartsWith(folder / "bad.toml"));
   }

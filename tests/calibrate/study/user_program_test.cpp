@@ -125,6 +125,29 @@ TEST_F(UserProgramTest, GetsAChoiceAsText) {
   EXPECT_EQ(calibrate(options()).json, s.json);
 }
 
+// Study and program may spell one unit differently; another unit is refused.
+TEST_F(UserProgramTest, SpellingsOfAUnitAreOneUnit) {
+  const auto answer_in = [&](const std::string& unit) {
+    write_simulator("");
+    folder.write("simulate.sh", replaced(read_text(folder / "simulate.sh"), R"(\"mm\")",
+                                         R"(\")" + unit + R"(\")"));
+  };
+  const std::string text = replaced(study_text, "runs = 24", few_runs);
+  const std::pair<std::string, std::string> spellings[] = {
+      {"m^3", "m³"}, {"m³", "m³"}, {"m³", "m^3"}, {"N m", "N·m"}, {"s^-1", "s⁻¹"}};
+  for (const auto& [in_study, in_program] : spellings) {
+    answer_in(in_program);
+    write_study(replaced(replaced(text, "\"6 mm\"", "\"6 " + in_study + '"'), "\"0.2 mm\"",
+                         "\"0.2 " + in_study + '"'));
+    StudyOptions o = options();
+    o.directory = folder / ("out " + in_study + in_program);
+    EXPECT_NO_THROW(calibrate(o)) << in_study << " and " << in_program;
+  }
+  answer_in("m²");
+  write_study(text);
+  EXPECT_THROW(calibrate(options()), InputError);
+}
+
 TEST_F(UserProgramTest, FindsItsParametersAndRepeatsNothing) {
   const StudySummary s = calibrate(options());
   EXPECT_EQ(s.verdict, StudyVerdict::calibrated) << s.table;
