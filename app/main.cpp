@@ -81,7 +81,7 @@ int finish_parsing(const CLI::App& app, const CLI::ParseError& e,
     return ExitStatus::bad_input;
   }
   // Before what CLI11 reports: a misspelled option is missing in its place, too.
-  if (const std::string unknown = unknown_argument(app, arguments); !unknown.empty())
+  if (const std::string unknown = unknown_argument(app); !unknown.empty())
     return print_error(unknown, ExitStatus::bad_input);
   const std::string text = error_line(e.what());
   if (text.ends_with('?')) return print_error(text, ExitStatus::bad_input);

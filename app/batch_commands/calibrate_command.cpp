@@ -10,7 +10,7 @@
 #include "app/support/batch_options.h"
 #include "app/support/exit_status.h"
 #include "app/support/report_page.h"
-#include "app/support/shared_help.h"
+#include "app/support/shared_options.h"
 #include "calibrate/calibrate.h"
 #include "calibrate/output/study_comparison.h"
 #include "experiments/batch/batch_folder.h"

@@ -8,7 +8,7 @@
 #include "app/support/batch_result.h"
 #include "app/support/exit_status.h"
 #include "app/support/known_words.h"
-#include "app/support/shared_help.h"
+#include "app/support/shared_options.h"
 #include "validation/validate.h"
 
 namespace firn {

@@ -6,7 +6,7 @@
 #include "app/commands/commands.h"
 #include "app/output/response_output.h"
 #include "app/support/exit_status.h"
-#include "app/support/shared_help.h"
+#include "app/support/shared_options.h"
 #include "experiments/inspection/state_trace.h"
 #include "experiments/system/terminal.h"
 #include "experiments/text/units.h"

@@ -15,7 +15,7 @@
 #include "app/support/count_range.h"
 #include "app/support/default_threads.h"
 #include "app/support/exit_status.h"
-#include "app/support/shared_help.h"
+#include "app/support/shared_options.h"
 #include "experiments/case_reader/case_from_results.h"
 #include "experiments/case_reader/read_case.h"
 #include "experiments/results/results_file.h"
@@ -347,15 +347,8 @@ void add_contacts_command(CLI::App& app, int& status) {
       ->required()
       ->type_name("RUN.h5|CASE.toml");
   add_selection_options(*command, *a);
-  command
-      ->add_option(
-          "--set", a->settings,
-          "Override a value of a case file by its TOML path, as for\n`firn run` (may be repeated)")
-      ->type_name("KEY=VALUE")
-      ->allow_extra_args(false);
-  command->add_option("--threads", a->threads, threads_help())
-      ->check(CLI::Range(1, 1024))
-      ->type_name("N");
+  add_settings_option(*command, a->settings);
+  add_threads_option(*command, a->threads);
   command
       ->add_option("-o,--output", a->output,
                    "FILE.png or FILE.svg: a picture; FILE.csv: a table; FILE.vtp: the\n"

@@ -10,7 +10,7 @@
 #include "app/support/default_threads.h"
 #include "app/support/exit_status.h"
 #include "app/support/record_verification.h"
-#include "app/support/shared_help.h"
+#include "app/support/shared_options.h"
 #include "experiments/material_records/material_json.h"
 #include "experiments/system/output_file.h"
 #include "experiments/system/terminal.h"
@@ -271,10 +271,7 @@ void add_verifying_command(MaterialsCommands& commands, MaterialsArguments& a) {
       ->needs(replay)
       ->check(CLI::PositiveNumber)
       ->type_name("N");
-  command.add_option("--threads", a.replay_options.threads, threads_help())
-      ->needs(replay)
-      ->check(CLI::Range(1, 1024))
-      ->type_name("N");
+  add_threads_option(command, a.replay_options.threads)->needs(replay);
 }
 
 }  // namespace

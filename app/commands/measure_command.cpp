@@ -8,7 +8,7 @@
 #include "app/commands/commands.h"
 #include "app/output/response_output.h"
 #include "app/support/exit_status.h"
-#include "app/support/shared_help.h"
+#include "app/support/shared_options.h"
 #include "experiments/case_reader/case_from_results.h"
 #include "experiments/responses/measure.h"
 #include "experiments/results/results_file.h"

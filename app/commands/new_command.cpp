@@ -13,7 +13,7 @@
 #include "app/support/embedded_templates.h"
 #include "app/support/exit_status.h"
 #include "app/support/known_words.h"
-#include "app/support/shared_help.h"
+#include "app/support/shared_options.h"
 #include "experiments/system/output_file.h"
 #include "experiments/system/terminal.h"
 #include "experiments/system/text_encoding.h"

@@ -9,7 +9,7 @@
 #include "app/commands/commands.h"
 #include "app/support/exit_status.h"
 #include "app/support/report_page.h"
-#include "app/support/shared_help.h"
+#include "app/support/shared_options.h"
 #include "experiments/system/terminal.h"
 #include "reports/html/pdf_file.h"
 

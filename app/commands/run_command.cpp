@@ -21,7 +21,7 @@
 #include "app/support/count_range.h"
 #include "app/support/default_threads.h"
 #include "app/support/exit_status.h"
-#include "app/support/shared_help.h"
+#include "app/support/shared_options.h"
 #include "experiments/case_reader/case_from_results.h"
 #include "experiments/case_reader/read_case.h"
 #include "experiments/inspection/run_diagnostics.h"
@@ -329,12 +329,9 @@ void add_input_options(CLI::App& command, RunArguments& a) {
                   "(case.seed)")
       ->check(CLI::Range(std::int64_t{0}, kLargestCount))
       ->type_name("N");
-  command
-      .add_option("--set", a.settings,
-                  "Override a value of the case by its TOML path, e.g.\n"
-                  "interactions.ice-ice.static_friction=0.2 (may be repeated)")
-      ->type_name("KEY=VALUE")
-      ->allow_extra_args(false);
+  add_settings_option(command, a.settings,
+                      "Override a value of the case by its TOML path, e.g.\n"
+                      "interactions.ice-ice.static_friction=0.2 (may be repeated)");
   command
       .add_option(
           "--material", a.materials.records,
@@ -381,9 +378,7 @@ void add_run_command(CLI::App& app, int& status) {
                    "Results file; runs/<case name>-seed<N>.h5 by default.\n"
                    "Earlier results of that name become RUN.1.h5, RUN.2.h5, ...")
       ->type_name("RUN.h5");
-  command->add_option("--threads", a->threads, threads_help())
-      ->check(CLI::Range(1, 1024))
-      ->type_name("N");
+  add_threads_option(*command, a->threads);
   add_trace_options(*command, *a);
   command->add_option("--require", a->requirements, requirement_help)
       ->type_name("\"RESPONSE<=VALUE\"")

@@ -11,7 +11,7 @@
 #include "app/output/shape_output.h"
 #include "app/support/case_file.h"
 #include "app/support/exit_status.h"
-#include "app/support/shared_help.h"
+#include "app/support/shared_options.h"
 #include "experiments/case/case.h"
 #include "experiments/case_reader/read_case.h"
 #include "experiments/meshes/length_unit.h"
@@ -340,12 +340,7 @@ void add_mesh_options(CLI::App& command, ShapeArguments& a) {
 
 // Of a case, or of a mesh file as a boundary. Returns --boundary.
 CLI::Option* add_scene_options(CLI::App& command, ShapeArguments& a) {
-  command
-      .add_option("--set", a.settings,
-                  "Override a value of the case by its TOML path, as for\n`firn run` (may be "
-                  "repeated)")
-      ->type_name("KEY=VALUE")
-      ->allow_extra_args(false);
+  add_settings_option(command, a.settings);
   command
       .add_option("--picture", a.picture,
                   "Draw the case's boundaries and placed bodies, or the --boundary:\nan overview, "

@@ -9,7 +9,7 @@
 #include "app/commands/commands.h"
 #include "app/output/response_output.h"
 #include "app/support/exit_status.h"
-#include "app/support/shared_help.h"
+#include "app/support/shared_options.h"
 #include "experiments/storage/version.h"
 #include "experiments/system/terminal.h"
 #include "experiments/text/number_text.h"

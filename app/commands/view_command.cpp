@@ -263,16 +263,13 @@ void add_view_command(CLI::App& app, int& status) {
                    "validation, sweep or optimization")
       ->required()
       ->type_name("");
-  command
-      ->add_option(
-          "--set", a->settings,
-          "Override a value of the case by its TOML path, as for\n`firn run` (may be repeated)")
-      ->type_name("KEY=VALUE");
+  add_settings_option(*command, a->settings);
   command
       ->add_option("--material", a->materials,
                    "Values of a material record over those of the case, as for\n`firn run` (may be "
                    "repeated)")
-      ->type_name("NAME[@VERSION]");
+      ->type_name("NAME[@VERSION]")
+      ->allow_extra_args(false);
   command
       ->add_option("--port", a->port,
                    "Port of the server on this machine, 1 to 65535; by default 0:\nany free one")

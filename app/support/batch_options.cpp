@@ -4,7 +4,7 @@
 
 #include "app/support/exit_status.h"
 #include "app/support/known_words.h"
-#include "app/support/shared_help.h"
+#include "app/support/shared_options.h"
 #include "experiments/system/interruption.h"
 #include "experiments/system/terminal.h"
 

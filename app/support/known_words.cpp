@@ -4,6 +4,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <functional>
+#include <map>
 #include <optional>
 
 #include "experiments/text/suggestions.h"
@@ -20,14 +22,12 @@ std::string with_underscores(std::string_view word) {
 // The known word that is most likely meant; nothing without a similar one.
 std::optional<std::string> likely_word(std::string_view word,
                                        const std::vector<std::string>& known) {
-  std::vector<std::string> spelled;
-  spelled.reserve(known.size());
-  for (const std::string& one : known) spelled.push_back(with_underscores(one));
-  const std::vector<std::string_view> candidates(spelled.begin(), spelled.end());
+  std::map<std::string, std::string, std::less<>> by_spelling;
+  std::vector<std::string_view> candidates;
+  for (const std::string& one : known)
+    candidates.push_back(by_spelling.emplace(with_underscores(one), one).first->first);
   const auto found = nearest(with_underscores(word), candidates);
-  if (!found) return std::nullopt;
-  return known[static_cast<std::size_t>(std::ranges::find(candidates, *found) -
-                                        candidates.begin())];
+  return found ? std::optional(by_spelling.find(*found)->second) : std::nullopt;
 }
 
 // Those that the help text lists.
@@ -66,12 +66,6 @@ std::string unknown_option(const CLI::App& command, const std::string& name) {
                             : fmt::format("see `{} --help`", path_of(command)));
 }
 
-// The number of arguments behind an option that are its values, whatever they look like.
-int values_behind(const CLI::Option& option, bool has_value) {
-  const int least = std::min(option.get_type_size_min(), option.get_items_expected_min());
-  return std::max(0, least - (has_value ? 1 : 0));
-}
-
 }  // namespace
 
 std::string expected_word(std::string_view word, const std::vector<std::string>& known) {
@@ -89,27 +83,16 @@ CLI::Validator one_of(std::vector<std::string> values) {
           help};
 }
 
-std::string unknown_argument(const CLI::App& app, const std::vector<std::string>& arguments) {
-  const CLI::App* command = &app;
-  for (std::size_t i = 0; i < arguments.size() && arguments[i] != "--"; ++i) {
-    const std::string& argument = arguments[i];
-    if (!argument.starts_with('-')) {
-      const std::vector<const CLI::App*> subs = command->get_subcommands({});
-      if (subs.empty()) continue;
-      const auto sub = std::ranges::find(subs, argument, &CLI::App::get_name);
-      if (sub == subs.end()) return unknown_subcommand(*command, argument);
-      command = *sub;
-      continue;
-    }
-    const bool is_long = argument.starts_with("--");
-    const std::size_t end = std::min(argument.find('='), argument.size());
-    const std::string name = argument.substr(0, is_long ? end : 2);
-    const CLI::Option* option = command->get_option_no_throw(name);
-    if (option == nullptr && is_long) return unknown_option(*command, name);
-    if (option == nullptr) continue;
-    const bool has_value = is_long ? end + 1 < argument.size() : argument.size() > 2;
-    i += static_cast<std::size_t>(values_behind(*option, has_value));
+std::string unknown_argument(const CLI::App& command) {
+  for (const std::string& argument : command.remaining()) {
+    if (argument == "--") break;
+    if (argument.starts_with("--"))
+      return unknown_option(command, argument.substr(0, argument.find('=')));
+    if (!argument.starts_with('-') && !command.get_subcommands({}).empty())
+      return unknown_subcommand(command, argument);
   }
+  for (const CLI::App* chosen : command.get_subcommands())
+    if (const std::string unknown = unknown_argument(*chosen); !unknown.empty()) return unknown;
   return {};
 }
 

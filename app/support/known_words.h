@@ -15,8 +15,8 @@ std::string expected_word(std::string_view word, const std::vector<std::string>&
 // Validator of an option that takes one of these values. Its help is "{local,slurm}".
 CLI::Validator one_of(std::vector<std::string> values);
 
-// Message about the first argument that names no sub-command or long option of the program; empty:
-// all are known. `app` may have failed to parse the arguments.
-std::string unknown_argument(const CLI::App& app, const std::vector<std::string>& arguments);
+// Message about the first argument that is no sub-command or long option of a command that has
+// failed to parse its arguments, nor of the sub-command that was chosen; empty: there is none.
+std::string unknown_argument(const CLI::App& command);
 
 }  // namespace firn

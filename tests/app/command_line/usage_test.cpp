@@ -225,6 +225,15 @@ TEST(Usage, OptionWithoutSense) {
   expect_one_line(Folder().firn({"run", "case.toml", "--threads", "-2"}), "--threads");
 }
 
+// One value behind each of them: the file that follows is no further value.
+TEST(Usage, RepeatedOptionsTakeOneValueEach) {
+  const Folder folder;
+  for (const char* command : {"run", "view", "shape", "contacts"})
+    expect_one_line(folder.firn({command, "--set", "case.seed=2", "absent.toml"}), "absent.toml");
+  for (const char* command : {"run", "view"})
+    expect_one_line(folder.firn({command, "--material", "ice", "absent.toml"}), "absent.toml");
+}
+
 TEST(Usage, RunNeedsACase) {
   expect_one_line(Folder().firn({"run"}), "expected CASE.toml or --resume");
 }
