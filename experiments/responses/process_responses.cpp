@@ -196,9 +196,11 @@ void add_sensor(const Recording& recording, const Sensor& sensor, const std::vec
   out.add(name + "residence_time_by_batch", by_batch.mean, "s", rows);
   out.add(name + "count_by_tag", by_tag.count, "1", rows);
   add_columns(rules, tags, through, name, out);
+  const bool all_passed = std::ranges::none_of(residence, [](double v) { return std::isnan(v); });
   out.add(name + "residence_times", residence, "s",
-          "from insertion to the sensor, one value for each inserted particle; undefined: not "
-          "passed yet");
+          all_passed ? "from insertion to the sensor, one value for each inserted particle"
+                     : "from insertion to the sensor, one value for each inserted particle; "
+                       "undefined ones: not passed yet");
   if (const std::vector<double> censored = censored_times(recording, passed); !censored.empty())
     out.add(name + "censored_times", censored, "s",
             "of those that have not passed: from insertion to the end of the run, or until they "
@@ -291,7 +293,8 @@ std::vector<Response> process_responses(const Recording& recording, const Case& 
     if (!is_any([](const Stage& s) { return s.count > 0; })) continue;
     const bool passed = stage.end_reason.starts_with("passed");
     out.add(stage.name + "_time_to_count", {passed ? duration : kUndefined}, "s",
-            "until so many had passed the stage's sensor; undefined: it ended before");
+            passed ? "until so many had passed the stage's sensor"
+                   : "until so many had passed the stage's sensor; undefined: it ended before");
   }
   const std::vector<double> inserted = recording.insert_time();
   const std::size_t frames = recording.frame_count();

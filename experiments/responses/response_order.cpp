@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "experiments/text/number_text.h"
+#include "experiments/text/units.h"
 
 namespace firn {
 namespace {
@@ -90,15 +90,15 @@ class MainNames {
   std::map<std::string, std::size_t> rank_;
 };
 
-bool is_zero(const Response& r) {
-  return std::ranges::all_of(r.value, [&](double v) { return resolved(v, r.unit) == 0; });
+// Whether all values are 0 as resolved() shows them, or undefined where `or_undefined` says so.
+bool is_zero(const Response& r, bool or_undefined = false) {
+  const double least = resolution(r.unit);
+  return std::ranges::all_of(r.value, [&](double v) {
+    return v == 0 || std::abs(v) < least || (or_undefined && !std::isfinite(v));
+  });
 }
 
-bool has_measured_nothing(const Response& r) {
-  return r.name != "arched" && std::ranges::all_of(r.value, [&](double v) {
-           return !std::isfinite(v) || resolved(v, r.unit) == 0;
-         });
-}
+bool has_measured_nothing(const Response& r) { return r.name != "arched" && is_zero(r, true); }
 
 // Names of the censored times of sensors that no particle has passed: they list all particles.
 std::vector<std::string> censored_times_without_passage(const std::vector<Response>& responses,
@@ -119,11 +119,16 @@ std::vector<std::string> censored_times_without_passage(const std::vector<Respon
 std::vector<Response> in_display_order(std::vector<Response> responses, const Case& c) {
   const MainNames main(c);
   const std::vector<std::string> censored = censored_times_without_passage(responses, c);
-  std::ranges::stable_sort(responses, {}, [&](const Response& r) {
+  std::vector<std::pair<std::pair<bool, std::size_t>, Response>> ranked;
+  ranked.reserve(responses.size());
+  for (Response& r : responses) {
     const bool is_last =
         has_measured_nothing(r) || std::ranges::find(censored, r.name) != censored.end();
-    return std::pair(is_last, main.rank(r.name));
-  });
+    const std::size_t rank = main.rank(r.name);
+    ranked.emplace_back(std::pair(is_last, rank), std::move(r));
+  }
+  std::ranges::stable_sort(ranked, {}, [](const auto& one) { return one.first; });
+  for (std::size_t i = 0; i < ranked.size(); ++i) responses[i] = std::move(ranked[i].second);
   return responses;
 }
 

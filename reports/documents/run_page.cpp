@@ -44,26 +44,15 @@ double uncertainty(const Response& r) {
   return r.uncertainty.empty() ? std::nan("") : r.uncertainty[0];
 }
 
-// The method of a response; why a value is undefined stands only where one is.
-std::string method_text(const Response& r) {
-  const std::string_view reason = "; undefined: ";
-  const std::size_t at = r.method.find(reason);
-  if (at == std::string::npos) return r.method;
-  const std::string method = r.method.substr(0, at);
-  if (std::ranges::all_of(r.value, [](double v) { return std::isfinite(v); })) return method;
-  return method + (is_scalar(r) ? "; undefined: " : "; undefined ones: ") +
-         r.method.substr(at + reason.size());
-}
-
 std::vector<page::KeyFigure> response_cards(const std::vector<Response>& responses, const Case& c) {
   std::vector<page::KeyFigure> cards;
   for (const Response& r : main_responses(responses, c)) {
     if (r.name == "arched")
-      cards.push_back({"jam", r.value[0] == 0 ? "none" : "yes", method_text(r), {}});
+      cards.push_back({"jam", r.value[0] == 0 ? "none" : "yes", r.method, {}});
     else
       cards.push_back({page::words(r.name),
                        page::measured_text(r.value[0], uncertainty(r), r.unit),
-                       method_text(r),
+                       r.method,
                        {}});
   }
   return cards;
@@ -99,7 +88,7 @@ page::Table response_table(const std::vector<Response>& responses) {
     table.rows.push_back({r.name,
                           is_scalar(r) ? Cell::measured(r.value[0], uncertainty(r), r.unit)
                                        : Cell(values_text(r.value, r.unit)),
-                          unit_text(r.unit), method_text(r)});
+                          unit_text(r.unit), r.method});
   return table;
 }
 
