@@ -38,10 +38,6 @@ class ReportQueue {
  public:
   explicit ReportQueue(std::size_t threads) : at_work_(threads) {}
 
-  std::size_t threads() const {
-    const std::lock_guard lock(mutex_);
-    return at_work_;
-  }
   void put(Report report) {
     const std::lock_guard lock(mutex_);
     reports_.push_back(std::move(report));
@@ -135,7 +131,8 @@ void FunctionExecutor::run_here(const std::vector<Job>& jobs, const JobEvents& e
 
 // Threads simulate; the calling thread alone reports.
 void FunctionExecutor::run_on_threads(const std::vector<Job>& jobs, const JobEvents& events) {
-  ReportQueue queue(std::min(jobs.size(), static_cast<std::size_t>(options_.jobs)));
+  const std::size_t workers = std::min(jobs.size(), static_cast<std::size_t>(options_.jobs));
+  ReportQueue queue(workers);
   std::atomic<std::size_t> next = 0;
   const auto work = [&] {
     try {
@@ -149,7 +146,6 @@ void FunctionExecutor::run_on_threads(const std::vector<Job>& jobs, const JobEve
       queue.end_thread(std::current_exception());
     }
   };
-  const std::size_t workers = queue.threads();
   std::vector<std::jthread> threads;
   for (std::size_t i = 0; i < workers; ++i) threads.emplace_back(work);
   try {

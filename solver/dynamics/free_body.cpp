@@ -136,10 +136,12 @@ struct HalfKickInput {
   const std::vector<const Motor*>* motors;  // [joints]
   const FreeBodyState& at;
   const Axes& axes;
-  double t, dt, h;  // s; h: half of dt
+  double t, dt;  // s
   HalfKick half;
   const double* coordinate;     // [joints]
   double friction[kMaxJoints];  // N or N m, limit
+
+  double h() const { return 0.5 * dt; }  // s, the duration of the half-kick
 };
 
 // Impulses of friction and motors against a jump of the parent, N s or N m s. They count towards
@@ -168,12 +170,12 @@ JumpImpulses apply_jump(const HalfKickInput& in, Vector& u) {
   };
   for (std::size_t k = 0; k < in.body.joints.size(); ++k) {
     const double rate = before[static_cast<Eigen::Index>(k)];
-    if (is_at(rate, 0) && in.friction[k] > 0) out.friction[k] = hold(k, in.h * in.friction[k]);
+    if (is_at(rate, 0) && in.friction[k] > 0) out.friction[k] = hold(k, in.h() * in.friction[k]);
     for (const Motor* motor : in.motors[k]) {
       const bool holds =
           motor->acts(in.t) &&
           is_at(rate, motor_target_rate(*motor, in.coordinate[k], in.dt, HalfKick::second));
-      if (holds) out.motor[k] += hold(k, in.h * motor->max_load);
+      if (holds) out.motor[k] += hold(k, in.h() * motor->max_load);
     }
   }
   return out;
@@ -184,7 +186,7 @@ JumpImpulses apply_jump(const HalfKickInput& in, Vector& u) {
 Vector kicked(const HalfKickInput& in, const Vector& start, const Matrix& inverse,
               const JumpImpulses& given_before, const Vector& u, KickResult& result,
               double* motor_impulse) {
-  const double h = in.h;
+  const double h = in.h();
   Vector impulse = h * forces_at(in.body, in.axes, in.at, u);
   for (std::size_t k = 0; k < in.body.joints.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
@@ -225,8 +227,7 @@ KickResult integrate_free_body(const FreeBody& body, const Vec3& origin,
                                double t, double dt, HalfKick half, FreeBodyMotion motion) {
   const Axes axes(body, origin, at.parent, at.rotation);
   const Eigen::Index n = axes.velocity.cols();
-  const double h = 0.5 * dt;
-  HalfKickInput in{body, motors, at, axes, t, dt, h, half, motion.coordinate, {}};
+  HalfKickInput in{body, motors, at, axes, t, dt, half, motion.coordinate, {}};
   for (std::size_t k = 0; k < body.joints.size(); ++k)
     in.friction[k] =
         friction_limit(body.joints[k], at.parent * body.joints[k].direction, at.bearing);
@@ -234,7 +235,7 @@ KickResult integrate_free_body(const FreeBody& body, const Vec3& origin,
   JumpImpulses given;
   if (half == HalfKick::first && at.parent_moves) given = apply_jump(in, u);
   const Vector start = u;
-  const Matrix inverse = response(body, axes.mass, h);
+  const Matrix inverse = response(body, axes.mass, in.h());
   KickResult result;
   double motor_impulse[kMaxJoints] = {};
   u = kicked(in, start, inverse, given, start, result, motor_impulse);

@@ -8,7 +8,7 @@ namespace firn {
 struct State;
 struct Workspace;
 
-// Call if the model asks for statistics.
+// Call if the model has statistics.
 void update_statistics(const Model& model, Workspace& workspace, State& state);
 
 }  // namespace firn

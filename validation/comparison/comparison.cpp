@@ -15,7 +15,7 @@ namespace firn {
 namespace comparison {
 
 std::string rounded_text(double value, const std::string& unit) {
-  return fmt::format("{:.3g}{}", value, unit_suffix(unit));
+  return fmt::format("{:.3g}{}", resolved(value, unit), unit_suffix(unit));
 }
 
 std::vector<double> defined(std::vector<double> values) {

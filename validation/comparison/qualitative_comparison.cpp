@@ -308,10 +308,9 @@ CriterionCounts evaluate_criteria(const SuiteComparison& what, const RunGroup& b
   return counts;
 }
 
-// What the headline, the caveats and the recommendation say of a distribution with measured
-// numbers. `judged`: enough runs finished.
-void report_distribution(const RunGroup& base, bool judged, Comparison& c) {
-  const std::size_t finished = base.finished().size();
+// Adds a distribution with measured numbers to headline, caveats and recommendation. `finished`:
+// runs of the base. `judged`: these are enough.
+void report_distribution(const RunGroup& base, std::size_t finished, bool judged, Comparison& c) {
   c.headline += "; " + distribution_words(*c.distribution);
   if (!judged) c.headline += "; " + missing_words(base, base.results.size() - finished);
   add_caveats(*c.distribution, finished, c);
@@ -352,7 +351,7 @@ void compare_criteria(const SuiteComparison& what, const ComparisonRuns& e, Comp
               : all_hold             ? ValidationVerdict::consistent
                                      : ValidationVerdict::inconclusive;
   if (numbers)
-    report_distribution(*e.base, judged, c);
+    report_distribution(*e.base, finished, judged, c);
   else if (data)
     c.caveats.push_back(
         fmt::format("the experiment's numbers are not here; as {} they would be "

@@ -148,10 +148,8 @@ void judge_value(const SuiteComparison& what, Comparison& c) {
   const ValueComparison& v = *c.value;
   const double expanded = v.expanded, off = std::abs(v.difference);
   const bool seeds_known = v.components.front().value.has_value();
-  const double scale = std::max(std::abs(v.measured), expanded);
   c.headline =
-      fmt::format("simulated {}, measured {}: {} by {}",
-                  rounded_text(without_rounding_error(v.simulation.mean, scale), v.unit),
+      fmt::format("simulated {}, measured {}: {} by {}", rounded_text(v.simulation.mean, v.unit),
                   rounded_text(v.measured, v.unit), v.difference < 0 ? "lower" : "higher",
                   measured_text(off < 1e-9 * std::abs(v.measured) ? 0 : off, expanded, v.unit));
   if (!seeds_known) {

@@ -23,12 +23,8 @@ SweepDocument::Scatter scatter(const SweepResult& r, std::size_t combination,
   for (const SweepRun& run : r.runs)
     if (run.combination == combination && std::isfinite(run.values[response]))
       values.push_back(run.values[response]);
-  SweepDocument::Scatter s;
-  s.runs = static_cast<int>(values.size());
-  if (values.empty()) return s;
-  s.mean = mean(values);
-  if (s.runs > 1) s.standard_deviation = standard_deviation(values);
-  return s;
+  const SampleStatistics s = sample_statistics(values);
+  return {.mean = s.mean, .standard_deviation = s.deviation, .runs = s.count};
 }
 
 // Standard error of the mean of a combination: the scatter over seeds, pooled over all of them.

@@ -139,7 +139,7 @@ double janssen_misfit(const WallRuns& r, double saturation) {
     off.reserve(r.loads.size());
     for (const auto& loads : r.loads)
       off.push_back(loads[k].floor - janssen(loads[k].weight, saturation));
-    square += std::pow(sample_statistics(off).mean, 2);
+    square += std::pow(mean(off), 2);
   }
   return std::sqrt(square / static_cast<double>(fillings));
 }
@@ -154,7 +154,7 @@ void check_walls(double friction, double used_up, const WallRuns& r, double satu
                     .expected = 1e-3,
                     .bound = Bound::at_most});
   checks.push_back({.what = at + "friction on the walls / push on them",
-                    .measured = sample_statistics(r.mobilized).mean,
+                    .measured = mean(r.mobilized),
                     .expected = used_up * friction,
                     .bound = Bound::at_least});
   checks.push_back({.what = at + "the same on faces of dice, which do not roll",
@@ -192,8 +192,7 @@ std::vector<Check> janssen_case() {
     // S = (rho g A) (D / 4) / (mu K) with the friction measured on the walls for mu; rho g A =
     // weight / height, height from the bulk fraction.
     const double line_weight = 0.58 * 1000 * kGravity * std::pow(6 * kDie, 2);
-    pressure_ratio.push_back(line_weight * 6 * kDie / 4 /
-                             (sample_statistics(runs.mobilized).mean * s));
+    pressure_ratio.push_back(line_weight * 6 * kDie / 4 / (mean(runs.mobilized) * s));
     check_walls(friction, used_up, runs, s, checks);
   }
   checks.push_back({.what = "ratio of pressures K, wall friction 0.25",
