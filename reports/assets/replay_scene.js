@@ -154,11 +154,8 @@ const FirnReplayScene = (() => {
 
     // The boundary nearest under a point of the picture (-1 ... 1 each way), -1: none.
     pickBoundary(x, y) {
-      if (this.shape) return -1;
-      const caster = new THREE.Raycaster();
-      caster.setFromCamera(new THREE.Vector2(x, y), this.camera);
-      const [hit] = caster.intersectObjects(this.boundaries.map((b) => b.mesh).filter((m) => m.visible));
-      return hit ? this.boundaries.findIndex((b) => b.mesh === hit.object) : -1;
+      const hit = this.shape ? null : this.firstHit(this.visibleBoundaries(), x, y);
+      return hit ? hit.index : -1;
     }
 
     // A color for each triangle, opaque; null: as it was.
@@ -200,11 +197,22 @@ const FirnReplayScene = (() => {
 
     // The triangle of a map nearest under a point of the picture, or null.
     probe(x, y) {
+      return this.firstHit(this.shape ? [this.shape.mesh] : this.visibleBoundaries().filter((m) => m.material === this.map),
+                           x, y);
+    }
+
+    visibleBoundaries() { return this.boundaries.map((b) => b.mesh).filter((m) => m.visible); }
+
+    // The ray from the eye through a point of the picture, -1 to 1 each.
+    caster(x, y) {
       const caster = new THREE.Raycaster();
       caster.setFromCamera(new THREE.Vector2(x, y), this.camera);
-      const meshes = this.shape ? [this.shape.mesh]
-                                : this.boundaries.map((b) => b.mesh).filter((m) => m.visible && m.material === this.map);
-      const [hit] = caster.intersectObjects(meshes);
+      return caster;
+    }
+
+    // The nearest of the meshes under a point, with its boundary's index, or -1; null: none.
+    firstHit(meshes, x, y) {
+      const [hit] = this.caster(x, y).intersectObjects(meshes);
       return hit ? {index: this.boundaries.findIndex((b) => b.mesh === hit.object), triangle: hit.faceIndex,
                     distance: hit.distance} : null;
     }
@@ -343,8 +351,7 @@ const FirnReplayScene = (() => {
 
     // The particle nearest under a point of the picture (-1 ... 1 each way), -1: none; and how far.
     pick(x, y) {
-      const caster = new THREE.Raycaster();
-      caster.setFromCamera(new THREE.Vector2(x, y), this.camera);
+      const caster = this.caster(x, y);
       const own = new THREE.Ray(), hit = new THREE.Vector3(), inverse = new THREE.Matrix4();
       const ball = new THREE.Sphere(), corners = [0, 1, 2].map(() => new THREE.Vector3());
       let best = -1, nearest = Infinity;

@@ -26,35 +26,39 @@ std::string chosen(const StudyDocument::Choices& choice) {
   return fmt::format("{} = {}", choice.parameter, choice.best);
 }
 
-bool ended_as(const StudyDocument& results, StudyVerdict verdict) {
-  return results.verdict == to_string(verdict);
-}
+// What a verdict adds to the estimate.
+struct VerdictWords {
+  StudyVerdict verdict = StudyVerdict::calibrated;
+  // Why the values are no recommendation, and what they are; empty: they are one.
+  const char* reservation = "";
+  const char* addition = "";  // behind the values that are recommended
+  const char* basis = "";     // before the combinations, where the study contradicts their basis
+};
 
-// Why the values of the estimate are no recommendation, and what they are; empty where they are
-// one.
-std::string reservation(const StudyDocument& results) {
-  if (ended_as(results, StudyVerdict::infeasible))
-    return "nothing, since no values within the ranges meet all targets; nearest: ";
-  if (ended_as(results, StudyVerdict::prior_conflict))
-    return "nothing, since the priors conflict with the targets; nearest to both: ";
-  if (ended_as(results, StudyVerdict::unconfirmed))
-    return "nothing, since fresh runs did not confirm the fitted values; fitted: ";
-  return "";
-}
-
-// What follows the values that are recommended.
-std::string addition(const StudyDocument& results) {
-  if (ended_as(results, StudyVerdict::not_identifiable))
-    return "; other values meet the targets as well";
-  if (ended_as(results, StudyVerdict::direct_search_only))
-    return "; the best of a direct search, of unknown uncertainty";
-  return "";
+VerdictWords words_of(const StudyDocument& results) {
+  static constexpr VerdictWords kAll[] = {
+      {StudyVerdict::infeasible,
+       "nothing, since no values within the ranges meet all targets; nearest: ", "",
+       "by a fit that misses the targets: "},
+      {StudyVerdict::prior_conflict,
+       "nothing, since the priors conflict with the targets; nearest to both: ", "",
+       "by priors and targets that conflict: "},
+      {StudyVerdict::unconfirmed,
+       "nothing, since fresh runs did not confirm the fitted values; fitted: ", "",
+       "by a fit that is not confirmed: "},
+      {StudyVerdict::not_identifiable, "", "; other values meet the targets as well", ""},
+      {StudyVerdict::direct_search_only, "",
+       "; the best of a direct search, of unknown uncertainty", ""}};
+  for (const VerdictWords& words : kAll)
+    if (results.verdict == to_string(words.verdict)) return words;
+  return {};
 }
 
 // "ice_ice = 0.24 (95 %: 0.17 to 0.3)". Where nothing is recommended, the interval would hold the
 // truth of a model that is refuted: the values alone.
 std::string recommended(const StudyDocument& results) {
-  const std::string reserved = reservation(results);
+  const VerdictWords words = words_of(results);
+  const std::string reserved = words.reservation;
   std::vector<std::string> parts;
   if (results.choice) parts.push_back(chosen(*results.choice));
   for (const StudyDocument::Parameter& p : results.parameters) {
@@ -66,16 +70,7 @@ std::string recommended(const StudyDocument& results) {
                           number_text(p.interval_95->second, 3));
     parts.push_back(text);
   }
-  return reserved + joined(parts, "no values") + addition(results);
-}
-
-// What the combinations rest on, where the study contradicts it.
-std::string basis(const StudyDocument& results) {
-  if (ended_as(results, StudyVerdict::infeasible)) return "by a fit that misses the targets: ";
-  if (ended_as(results, StudyVerdict::prior_conflict))
-    return "by priors and targets that conflict: ";
-  if (ended_as(results, StudyVerdict::unconfirmed)) return "by a fit that is not confirmed: ";
-  return "";
+  return reserved + joined(parts, "no values") + words.addition;
 }
 
 std::string determined(const StudyDocument& results) {
@@ -89,7 +84,7 @@ std::string determined(const StudyDocument& results) {
   }
   // A direct search has no model, from which they follow.
   if (known.empty() && unknown.empty()) return "not examined";
-  return fmt::format("{}{}. Not determined: {}", basis(results), joined(known, "nothing"),
+  return fmt::format("{}{}. Not determined: {}", words_of(results).basis, joined(known, "nothing"),
                      joined(unknown, "nothing that was varied"));
 }
 
