@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calibrate/numerics/experimental_design.h"
+#include "experiments/analysis/random_stream.h"
 #include "tests/calibration_proof/problems.h"
 
 namespace firn::proof {
@@ -112,13 +113,12 @@ void coverage(const std::vector<Problem>& problems, int studies, int runs) {
 double random_search(const Problem& problem, const std::vector<double>& target, int runs,
                      int study) {
   std::mt19937_64 random(static_cast<std::uint64_t>(104729 * study + 1));
-  const auto uniform = [&] { return (static_cast<double>(random() >> 11) + 0.5) * 0x1p-53; };
   double best = 0, true_distance = 0;
   for (int i = 0; i < runs; ++i) {
     std::vector<double> p;
     for (const Problem::Range& r : problem.parameters)
-      p.push_back(r.logarithmic ? r.min * std::pow(r.max / r.min, uniform())
-                                : r.min + (r.max - r.min) * uniform());
+      p.push_back(r.logarithmic ? r.min * std::pow(r.max / r.min, uniform_open(random))
+                                : r.min + (r.max - r.min) * uniform_open(random));
     double seen = 0;
     for (std::size_t k = 0; k < target.size(); ++k) {
       const ProofResponse& r = problem.responses[k];

@@ -7,6 +7,7 @@
 
 #include "tests/app/program.h"
 #include "tests/app/robustness/hostile_inputs.h"
+#include "tests/support/replaced.h"
 
 namespace firn::cli {
 namespace {
@@ -38,10 +39,8 @@ TEST(CalibrateCommand, EndsWithFiveLines) {
 TEST(CalibrateCommand, NamesTheParameterWhoseKeyTheCaseLacks) {
   const Folder folder;
   folder.write("case.toml", hostile::rich_case);
-  std::string study = hostile::study_file;
-  const std::string key = "materials.ice.density";
-  study.replace(study.find(key), key.size(), "materials.ice.densty");
-  folder.write("study.toml", study);
+  folder.write("study.toml", test::replaced(hostile::study_file, "materials.ice.density",
+                                            "materials.ice.densty"));
   const Outcome o = folder.firn({"calibrate", "study.toml", "--no-cache", "--progress", "none"});
   EXPECT_EQ(o.status, 2);
   EXPECT_EQ(lines(o.err), 1u) << o.err;

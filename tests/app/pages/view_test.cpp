@@ -13,6 +13,7 @@
 
 #include "tests/app/pages/browser.h"
 #include "tests/app/program.h"
+#include "tests/support/phone_layout.h"
 #include "tests/support/small_cases.h"
 
 namespace firn::cli {
@@ -285,7 +286,7 @@ TEST(ViewInABrowser, RedrawsACaseAndShowsErrorsAtTheirLine) {
   EXPECT_TRUE(both_in_sight());
   EXPECT_EQ(browser.value(alert + ".tabIndex"), 0);
   browser.resize(500, 900);
-  browser.value("document.documentElement.style.width = '400px'");
+  browser.value(test::set_phone_width);
   EXPECT_TRUE(both_in_sight());
   EXPECT_LE(browser.value("document.body.scrollWidth").get<int>(), 400);
   browser.resize(1200, 1000);
@@ -406,13 +407,8 @@ TEST(ViewInABrowser, FollowsAStudyToItsEnd) {
   EXPECT_TRUE(browser.becomes("document.body.innerText.includes('study is not running')",
                               std::chrono::seconds(30)));
   browser.resize(500, 900);  // as a phone: tables scroll by themselves
-  browser.value("document.documentElement.style.width = '400px'");
-  EXPECT_EQ(browser.value(R"([...document.querySelectorAll('body *')].filter((e) => {
-      for (let p = e.parentElement; p; p = p.parentElement)
-        if (['auto', 'hidden', 'scroll'].includes(getComputedStyle(p).overflowX)) return false;
-      return e.getBoundingClientRect().right > 401;
-    }).length)"),
-            0);
+  browser.value(test::set_phone_width);
+  EXPECT_EQ(browser.value(std::string(test::outside_of_phone) + ".length"), 0);
   EXPECT_EQ(browser.console_errors(), "");
 }
 

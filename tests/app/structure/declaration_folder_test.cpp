@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "tests/app/program.h"
+#include "tests/app/structure/source_code.h"
 
 namespace firn::cli {
 namespace {
@@ -30,47 +31,6 @@ const std::array<std::string, 7> checked_libraries = {
 const std::set<std::string> generated = {
     "embedded_materials", "embedded_assets",  "embedded_templates", "firn_version",
     "firn_git_commit",    "program_identity", "baseline_kernels",   "avx2_kernels"};
-
-// First index behind a comment, a preprocessor line or a literal that begins at `at`; `at`: none
-// begins there.
-std::size_t end_of_other(const std::string& text, std::size_t at) {
-  const auto behind = [&](const std::string& end, std::size_t from) {
-    const std::size_t found = text.find(end, from);
-    return found == text.npos ? text.size() : found + end.size();
-  };
-  const char before = at > 0 ? text[at - 1] : '\n', c = text[at];
-  const bool in_word = std::isalnum(static_cast<unsigned char>(before)) != 0 || before == '_';
-  if (text.compare(at, 2, "//") == 0) return behind("\n", at);
-  if (text.compare(at, 2, "/*") == 0) return behind("*/", at + 2);
-  if (text.compare(at, 2, "R\"") == 0 && !in_word) {
-    const std::size_t open = text.find('(', at);
-    return behind(")" + text.substr(at + 2, open - at - 2) + "\"", open);
-  }
-  // A quotation mark within a number separates its digits.
-  if (c == '"' || (c == '\'' && !in_word)) {
-    std::size_t end = at + 1;
-    while (end < text.size() && text[end] != c) end += text[end] == '\\' ? 2 : 1;
-    return std::min(end + 1, text.size());
-  }
-  const std::size_t line = at == 0 ? 0 : text.find_last_of('\n', at - 1) + 1;
-  if (c == '#' && text.find_first_not_of(" \t", line) == at) {
-    std::size_t end = behind("\n", at);
-    while (end >= 2 && end < text.size() && text[end - 2] == '\\') end = behind("\n", end);
-    return end;
-  }
-  return at;
-}
-
-// The text without comments, preprocessor lines and literals.
-std::string code_without_literals(const std::string& text) {
-  std::string code;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t end = end_of_other(text, at);
-    code += end > at ? ' ' : text[at];
-    at = std::max(end, at + 1);
-  }
-  return code;
-}
 
 // Name of the free function that a declaration or the head of a definition is about; empty: it is
 // about something else, or the function is inline or static.
@@ -117,7 +77,7 @@ FreeFunctions free_functions(const std::string& text) {
   FreeFunctions found;
   std::vector<bool> scopes;  // namespaces around; true: anonymous
   std::string statement;
-  const std::string code = code_without_literals(text);
+  const std::string code = code_of(text);
   for (std::size_t i = 0; i < code.size(); ++i) {
     const char c = code[i];
     if (c == ';') {

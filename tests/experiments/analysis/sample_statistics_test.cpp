@@ -5,10 +5,10 @@
 #include <cmath>
 #include <random>
 
+#include "experiments/analysis/random_stream.h"
+
 namespace firn {
 namespace {
-
-double uniform(std::mt19937_64& bits) { return static_cast<double>(bits() >> 11) * 0x1p-53; }
 
 TEST(BinomialInterval, IsClopperAndPearsons) {
   // None of n: the upper end solves (1 - p)^n = 0.025.
@@ -35,7 +35,7 @@ TEST(BinomialInterval, CoversAtLeastAsOftenAsItSays) {
     int covered = 0;
     for (int trial = 0; trial < 4000; ++trial) {
       int hits = 0;
-      for (int k = 0; k < 9; ++k) hits += uniform(bits) < p;
+      for (int k = 0; k < 9; ++k) hits += uniform_half_open(bits) < p;
       const Interval i = binomial_interval(hits, 9);
       covered += i.low <= p && p <= i.high;
     }

@@ -151,7 +151,8 @@ inline Case read(const std::string& text, const std::vector<Override>& overrides
   return read_case_text(std::string(text) + kMaterials, "scene.toml", ".", overrides);
 }
 
-inline std::string complaint(const std::string& text, const std::vector<Override>& overrides = {}) {
+inline std::string scene_error(const std::string& text,
+                               const std::vector<Override>& overrides = {}) {
   try {
     read(text, overrides);
   } catch (const InputError& e) {

@@ -19,10 +19,10 @@ namespace firn {
 namespace {
 
 namespace fs = std::filesystem;
-using harvest_scene::complaint;
 using harvest_scene::kHarvest;
 using harvest_scene::kWalls;
 using harvest_scene::read;
+using harvest_scene::scene_error;
 using testing::HasSubstr;
 
 class SceneTest : public ResultsFolder {};
@@ -136,8 +136,8 @@ TEST_F(SceneTest, AFillEndsAtItsHeight) {
   EXPECT_GT(recording.stages().at(0).end, 1.2);
   EXPECT_LT(recording.stages().at(0).end, 1.5);
   EXPECT_EQ(std::ranges::count_if(recording.insert_time(), [](double t) { return t >= 0; }), 3);
-  EXPECT_THAT(complaint(kShaft, {{"case.gravity", "0 0 0 m/s^2"}}), HasSubstr("without gravity"));
-  EXPECT_THAT(complaint(kShaft, {{"stages.fill.until", "time"}}),
+  EXPECT_THAT(scene_error(kShaft, {{"case.gravity", "0 0 0 m/s^2"}}), HasSubstr("without gravity"));
+  EXPECT_THAT(scene_error(kShaft, {{"stages.fill.until", "time"}}),
               HasSubstr("without end_when = \"filled\"; expected both"));
 }
 

@@ -9,15 +9,15 @@
 namespace firn {
 namespace {
 
-using harvest_scene::complaint;
 using harvest_scene::kHarvest;
+using harvest_scene::scene_error;
 using testing::HasSubstr;
 
 TEST(Scene, MistakesAreNamed) {
   const auto set = [](const char* path, const char* value) {
-    return complaint(kHarvest, {{path, value}});
+    return scene_error(kHarvest, {{path, value}});
   };
-  EXPECT_EQ(complaint(kHarvest), "none");
+  EXPECT_EQ(scene_error(kHarvest), "none");
   EXPECT_THAT(set("boundaries.plate.motion_frame", "plait"),
               HasSubstr("unknown motion frame \"plait\"; the nearest known one is \"plate\""));
   EXPECT_THAT(set("motion_frames.plate.parent", "hook"), HasSubstr("unknown motion frame"));
@@ -30,8 +30,8 @@ TEST(Scene, MistakesAreNamed) {
               HasSubstr("expected at least 0"));
   EXPECT_EQ(set("motion_frames.plate.free.joints.0.friction_coefficient", "0.1"), "none");
   EXPECT_THAT(
-      complaint(kHarvest, {{"motion_frames.plate.free.joints.0.friction_coefficient", "0.1"},
-                           {"motion_frames.plate.free.joints.0.bearing_radius", "3 mm"}}),
+      scene_error(kHarvest, {{"motion_frames.plate.free.joints.0.friction_coefficient", "0.1"},
+                             {"motion_frames.plate.free.joints.0.bearing_radius", "3 mm"}}),
       HasSubstr("expected a joint of the kind \"rotation\""));
   EXPECT_THAT(set("motion_frames.plate.free.density", "1 kg/m^3"),
               HasSubstr("expected one of mass and density"));

@@ -12,6 +12,7 @@
 #include "experiments/run/run.h"
 #include "reports/documents/run_plots.h"
 #include "tests/reports/browser.h"
+#include "tests/support/replaced.h"
 #include "tests/support/scratch_folder.h"
 
 namespace firn {
@@ -121,9 +122,7 @@ TEST_F(RunPage, SaysInWordsWhatItsNumbersAre) {
   };
   EXPECT_EQ(words_of_page(html).find("that came"), std::string::npos);
   expect_in(html, "undefined ones: not passed yet");  // the second cube is on its way
-  std::string text = kFall;
-  const std::string duration = "duration = \"0.6 s\"";
-  text.replace(text.find(duration), duration.size(), "duration = \"0.9 s\"");
+  const std::string text = test::replaced(kFall, "duration = \"0.6 s\"", "duration = \"0.9 s\"");
   RunOptions options;
   options.results_file = folder_ / "long.h5";
   ASSERT_EQ(run(read_case_text(text, "long.toml", "."), options).status, RunStatus::finished);

@@ -8,6 +8,7 @@
 #include "tests/reports/browser.h"
 #include "tests/reports/damaged_json.h"
 #include "tests/support/fake_experiment.h"
+#include "tests/support/phone_layout.h"
 #include "tests/support/results_folder.h"
 
 namespace firn {
@@ -316,13 +317,8 @@ TEST_F(StudyPage, FitsAPhone) {
   j["parameters"][0]["keys"] = {"interactions.ice-plastic.static_friction",
                                 "interactions.ice-plastic.dynamic_friction"};
   page::Page page = study_page(read_results_json(file(j.dump())));
-  page.add_script(R"(addEventListener('load', () => {
-    document.documentElement.style.width = '400px';
-    const outside = [...document.querySelectorAll('body *')].filter((e) => {
-      for (let p = e.parentElement; p; p = p.parentElement)
-        if (['auto', 'hidden', 'scroll'].includes(getComputedStyle(p).overflowX)) return false;
-      return e.getBoundingClientRect().right > 401;
-    });
+  page.add_script(std::string("addEventListener('load', () => {") + test::set_phone_width +
+                  "; const outside = " + test::outside_of_phone + R"(;
     const heights = [...document.querySelectorAll('tr')].map((r) => r.getBoundingClientRect().height);
     document.body.dataset.outside = outside.map((e) => e.outerHTML.slice(0, 80)).join();
     document.body.dataset.tall = heights.some((h) => h > 450) ? Math.max(...heights) : 'none';

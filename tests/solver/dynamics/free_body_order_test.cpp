@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/support/dice.h"
 #include "validation/verification/fixtures/scenes.h"
 
 namespace firn {
@@ -12,9 +13,6 @@ namespace {
 using scenes::Random;
 using std::numbers::pi;
 
-Vec3 random_vector(Random& random, double size) {
-  return {random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size)};
-}
 Vec3 random_direction(Random& random) { return random.orientation() * Vec3::UnitX(); }
 
 Mat3 random_inertia(Random& random, double mass) {

@@ -6,14 +6,16 @@
 #include <random>
 
 #include "solver/dynamics/joint_loads.h"
+#include "validation/verification/fixtures/mechanisms.h"
 #include "validation/verification/fixtures/scenes.h"
 
 namespace firn {
 namespace {
 
+using scenes::hinge;
+using scenes::kGravity;
+using scenes::slider;
 using std::numbers::pi;
-
-constexpr double kG = scenes::kGravity;
 
 // A frame and nothing else; a particle waits, so that there is a model.
 Model scene(const MotionFrame& frame, double timestep = 1e-4) {
@@ -32,26 +34,13 @@ MotionFrame free_frame(double mass, const Vec3& center, const Mat3& inertia,
   return frame;
 }
 
-Joint free_hinge(const Vec3& direction) {
-  Joint axis;
-  axis.direction = direction;
-  return axis;
-}
-
-Joint free_slider(const Vec3& direction) {
-  Joint axis;
-  axis.kind = Joint::Kind::translation;
-  axis.direction = direction;
-  return axis;
-}
-
 // A bob of 0.3 kg, 0.2 m off a hinge along y, with an inertia about its center; drawn at `angle`
 // from straight down.
 constexpr double kMass = 0.3, kArm = 0.2, kOwn = 1e-3, kAboutHinge = kOwn + kMass * kArm * kArm;
 MotionFrame pendulum(double angle, const Vec3& pivot = Vec3::Zero()) {
   MotionFrame frame =
       free_frame(kMass, pivot + kArm * Vec3(std::sin(angle), 0, -std::cos(angle)),
-                 Mat3(Vec3(2e-3, kOwn, 3e-3).asDiagonal()), {free_hinge(-Vec3::UnitY())});
+                 Mat3(Vec3(2e-3, kOwn, 3e-3).asDiagonal()), {hinge(-Vec3::UnitY())});
   frame.origin = pivot;
   return frame;
 }
@@ -66,7 +55,7 @@ double rate(const Solver& solver, std::size_t axis = 0) {
 TEST(FreeBody, PendulumSwingsWithThePeriodOfTheEllipticIntegral) {
   const double start = 1.0;  // rad
   Solver solver(scene(pendulum(start)));
-  const double small = 2 * pi * std::sqrt(kAboutHinge / (kMass * kG * kArm));
+  const double small = 2 * pi * std::sqrt(kAboutHinge / (kMass * kGravity * kArm));
   const double period = small * 2 / pi * std::comp_ellint_1(std::sin(0.5 * start));
   // It crosses the vertical a quarter of a period after its release.
   double crossed = 0, before = start;
@@ -85,7 +74,7 @@ TEST(FreeBody, PendulumSwingsWithThePeriodOfTheEllipticIntegral) {
 }
 
 TEST(FreeBody, SliderOnSpringAndDamperFollowsTheClosedForm) {
-  Joint axis = free_slider(Vec3::UnitX());
+  Joint axis = slider(Vec3::UnitX());
   axis.stiffness = 50;
   axis.damping = 0.8;
   axis.spring_reference = 0.1;
@@ -98,20 +87,20 @@ TEST(FreeBody, SliderOnSpringAndDamperFollowsTheClosedForm) {
 }
 
 TEST(FreeBody, FrictionHoldsUpToItsLimitExactlyAndTakesItBeyond) {
-  const double weight = 0.5 * kG;
+  const double weight = 0.5 * kGravity;
   for (const double share : {1.001, 0.6}) {
-    Joint axis = free_slider(Vec3::UnitZ());
+    Joint axis = slider(Vec3::UnitZ());
     axis.friction = share * weight;
     Solver solver(scene(free_frame(0.5, Vec3::Zero(), Mat3::Identity(), {axis})));
     scenes::run(solver, 0.2);
-    const double fall = share > 1 ? 0 : 0.5 * (1 - share) * kG * 0.2 * 0.2;
+    const double fall = share > 1 ? 0 : 0.5 * (1 - share) * kGravity * 0.2 * 0.2;
     EXPECT_NEAR(coordinate(solver), -fall, 1e-12 + 1e-9 * fall);
   }
 }
 
 TEST(FreeBody, DriveSpeedsUpByItsLimitThenHoldsItsSpeedExactly) {
   const double inertia = 2e-3, limit = 0.04, speed = 4;
-  Joint axis = free_hinge(Vec3::UnitX());
+  Joint axis = hinge(Vec3::UnitX());
   Motor motor;
   motor.speed = speed;
   motor.max_load = limit;
@@ -131,7 +120,7 @@ TEST(FreeBody, DriveSpeedsUpByItsLimitThenHoldsItsSpeedExactly) {
 TEST(FreeBody, DriveWithATargetGoesThereHoldsAndLetsGo) {
   // The sensing arm: lifted by 45 degrees, held, and let fall onto its stop, twice.
   MotionFrame frame = free_frame(0.04, {0.06, 0, 0}, 6e-5 * Mat3::Identity(), {});
-  Joint axis = free_hinge(-Vec3::UnitY());
+  Joint axis = hinge(-Vec3::UnitY());
   axis.lower = 0;
   Motor lift;
   lift.speed = 75 * kDegToRad / 0.6;
@@ -150,13 +139,13 @@ TEST(FreeBody, DriveWithATargetGoesThereHoldsAndLetsGo) {
   // At rest the stop carries the arm's moment.
   solver.clear_boundary_loads();
   scenes::run(solver, 0.005);
-  EXPECT_NEAR(solver.frames()[0].joints[0].limit_impulse, 0.04 * kG * 0.06 * 0.005, 1e-9);
+  EXPECT_NEAR(solver.frames()[0].joints[0].limit_impulse, 0.04 * kGravity * 0.06 * 0.005, 1e-9);
   scenes::run(solver, 1.19);
   EXPECT_NEAR(coordinate(solver), 45 * kDegToRad, 1e-9);
 }
 
 TEST(FreeBody, StopTurnsTheMotionRoundByItsRestitution) {
-  Joint axis = free_slider(Vec3::UnitZ());
+  Joint axis = slider(Vec3::UnitZ());
   axis.lower = -0.05;
   axis.limit_restitution = 0.4;
   Solver solver(scene(free_frame(0.5, Vec3::Zero(), Mat3::Identity(), {axis})));
@@ -167,7 +156,7 @@ TEST(FreeBody, StopTurnsTheMotionRoundByItsRestitution) {
     fastest_up = std::max(fastest_up, rate(solver));
   }
   EXPECT_GE(lowest, -0.05 - 1e-12);
-  EXPECT_NEAR(fastest_up, 0.4 * std::sqrt(2 * kG * 0.05), 2e-3);
+  EXPECT_NEAR(fastest_up, 0.4 * std::sqrt(2 * kGravity * 0.05), 2e-3);
 }
 
 // The forces at both ends of a bearing, from the balance of forces and moments.
@@ -196,7 +185,7 @@ TEST(FreeBody, FrictionOfABearingFollowsWhatItBears) {
   for (int i = 0; i < 500; ++i) {
     const Vec3 direction = vector().normalized();
     const JointLoad load{10 * vector(), vector()};
-    Joint joint = i % 2 == 0 ? free_hinge(direction) : free_slider(direction);
+    Joint joint = i % 2 == 0 ? hinge(direction) : slider(direction);
     joint.friction = positive(random);
     EXPECT_EQ(friction_limit(joint, direction, load), joint.friction);
     joint.friction_coefficient = positive(random);
@@ -239,13 +228,13 @@ TEST(FreeBody, TorqueFreeBodyKeepsItsMomentumAndEnergy) {
   EXPECT_LT(solver.frames()[1].angular_velocity.norm(), 1e-9);
   // One that falls and may turn falls like any other, and does not turn.
   for (const int along : {0, 1, 2})
-    model.frames[1].free->joints.push_back(free_slider(Vec3::Unit(along)));
+    model.frames[1].free->joints.push_back(slider(Vec3::Unit(along)));
   model.frames[1].free->center = {0.01, 0.02, 0.03};
   model.frames[0].motions.clear();
-  model.gravity = {0, 0, -kG};
+  model.gravity = {0, 0, -kGravity};
   Solver falling(model);
   scenes::run(falling, 0.1);
-  EXPECT_NEAR(coordinate(falling, 2), -0.5 * kG * 0.01, 1e-9);
+  EXPECT_NEAR(coordinate(falling, 2), -0.5 * kGravity * 0.01, 1e-9);
   EXPECT_LT(falling.frames()[1].angular_velocity.norm(), 1e-9);
 }
 
@@ -276,9 +265,9 @@ TEST(FreeBody, PendulumFeelsItsPivotBeingMoved) {
   ramp.end_rate = 4;
   ramp.ramp_time = 2;
   model.frames[0].motions = {ramp};
-  model.frames[1] = pendulum(-std::atan(2 / kG));
+  model.frames[1] = pendulum(-std::atan(2 / kGravity));
   model.frames[1].parent = 0;
-  model.gravity = {0, 0, -kG};
+  model.gravity = {0, 0, -kGravity};
   Solver leaning(model);
   scenes::run(leaning, 1);
   EXPECT_NEAR(coordinate(leaning), 0, 1e-5);
@@ -293,9 +282,8 @@ TEST(FreeBody, PendulumOnATurntableSwingsAboutTheOutwardDirection) {
   turn.kind = Motion::Kind::rotation;
   turn.angular_speed = kAngularSpeed;
   table.motions = {turn};
-  MotionFrame hung =
-      free_frame(kMass, {kRadius + kArm * std::cos(0.1), kArm * std::sin(0.1), 0},
-                 Mat3(Vec3(2e-3, 1e-3, kOwn).asDiagonal()), {free_hinge(Vec3::UnitZ())});
+  MotionFrame hung = free_frame(kMass, {kRadius + kArm * std::cos(0.1), kArm * std::sin(0.1), 0},
+                                Mat3(Vec3(2e-3, 1e-3, kOwn).asDiagonal()), {hinge(Vec3::UnitZ())});
   hung.origin = {kRadius, 0, 0};
   hung.parent = 0;
   Model model = scene(table);
@@ -329,7 +317,7 @@ void add_plate(Model& model, int frame, const Vec3& center) {
 TEST(FreeBody, CubeOnAHingedPlateBendsItsSpring) {
   // Hinge along y at x = 0; the cube lies at x = 0.15: k q = m g x cos q, and the plate is hinged
   // at its center of mass.
-  Joint axis = free_hinge(Vec3::UnitY());
+  Joint axis = hinge(Vec3::UnitY());
   axis.stiffness = 2;
   axis.damping = 0.05;
   MotionFrame frame = free_frame(0.5, Vec3::Zero(), 2e-3 * Mat3::Identity(), {axis});
@@ -347,7 +335,7 @@ TEST(FreeBody, CubeOnAHingedPlateBendsItsSpring) {
   scenes::run(solver, 1.5);
   const double q = coordinate(solver);
   const Vec3 arm = solver.particles().position[0];
-  EXPECT_NEAR(2 * q, mass * kG * arm.x(), 1e-4 * 2 * q);
+  EXPECT_NEAR(2 * q, mass * kGravity * arm.x(), 1e-4 * 2 * q);
   EXPECT_GT(q, 0.01);
   // What is left swings on the springs of friction, which hold without damping.
   EXPECT_LT(solver.particles().velocity[0].norm(), 3e-4);
@@ -355,8 +343,7 @@ TEST(FreeBody, CubeOnAHingedPlateBendsItsSpring) {
 
 TEST(FreeBody, CollisionWithASliderKeepsMomentumAndItsRestitution) {
   const double m = 0.02, heavy = 0.05, speed = 0.5, e = 0.3;
-  MotionFrame frame =
-      free_frame(heavy, Vec3::Zero(), Mat3::Identity(), {free_slider(Vec3::UnitX())});
+  MotionFrame frame = free_frame(heavy, Vec3::Zero(), Mat3::Identity(), {slider(Vec3::UnitX())});
   frame.name = "slider";
   Model model = scenes::empty(scenes::law(0, e), scenes::law(0, e));
   model.gravity = Vec3::Zero();
@@ -499,9 +486,9 @@ TEST(MotionFrames, AreRefusedWhereTheyCannotWork) {
   moved.parent = 0;
   moved.motions.push_back({});
   EXPECT_NE(complaint({arm, moved}).find("has motions on the free frame"), std::string::npos);
-  arm.free->joints.push_back(free_hinge(Vec3::UnitX()));
+  arm.free->joints.push_back(hinge(Vec3::UnitX()));
   EXPECT_NE(complaint({arm}).find("more than one axis"), std::string::npos);
-  arm.free->joints = {free_slider(Vec3::UnitX()), free_slider(Vec3::UnitX())};
+  arm.free->joints = {slider(Vec3::UnitX()), slider(Vec3::UnitX())};
   EXPECT_NE(complaint({arm}).find("two of them are the same"), std::string::npos);
   arm.free->joints.clear();
   EXPECT_NE(complaint({arm}).find("no joint"), std::string::npos);
@@ -514,8 +501,7 @@ TEST(MotionFrames, AreRefusedWhereTheyCannotWork) {
 }
 
 TEST(MotionFrames, ALightFreeBodyShortensTheTimeStep) {
-  MotionFrame frame =
-      free_frame(0.002, Vec3::Zero(), Mat3::Identity(), {free_slider(Vec3::UnitX())});
+  MotionFrame frame = free_frame(0.002, Vec3::Zero(), Mat3::Identity(), {slider(Vec3::UnitX())});
   Model model = scene(frame);
   add_plate(model, -1, Vec3::Zero());
   model.boundaries[0].rigid = true;

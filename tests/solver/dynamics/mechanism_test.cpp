@@ -17,13 +17,12 @@ using scenes::add_bar;
 using scenes::add_mover;
 using scenes::drive_at;
 using scenes::hinge;
+using scenes::kGravity;
 using scenes::mechanism;
 using scenes::pin;
 using scenes::runge_kutta;
 using scenes::slider;
 using std::numbers::pi;
-
-constexpr double kMechanismGravity = scenes::kGravity;
 
 double coordinate(const Solver& solver, int frame, std::size_t joint = 0) {
   return solver.frames().at(static_cast<std::size_t>(frame)).joints.at(joint).coordinate;
@@ -56,8 +55,8 @@ std::vector<double> double_pendulum_rates(const std::vector<double>& y) {
   const double i1 = kM1 * kL1 * kL1 / 3 + kM2 * kL1 * kL1, i2 = kM2 * kL2 * kL2 / 3,
                k = kM2 * kL1 * kL2 / 2;
   const double m = k * std::cos(c - a), s = k * std::sin(c - a);
-  const double f1 = s * dc * dc - (kM1 / 2 + kM2) * kMechanismGravity * kL1 * std::cos(a);
-  const double f2 = -s * da * da - kM2 * kMechanismGravity * kL2 / 2 * std::cos(c);
+  const double f1 = s * dc * dc - (kM1 / 2 + kM2) * kGravity * kL1 * std::cos(a);
+  const double f2 = -s * da * da - kM2 * kGravity * kL2 / 2 * std::cos(c);
   const double det = i1 * i2 - m * m;
   const double dda = (f1 * i2 - m * f2) / det, ddc = (i1 * f2 - m * f1) / det;
   return {y[2], y[3], dda, ddc - dda};
@@ -69,7 +68,7 @@ double energy_of_double_pendulum(const Solver& solver) {
   const double kinetic = (kM1 / 6 + kM2 / 2) * kL1 * kL1 * da * da + kM2 / 6 * kL2 * kL2 * dc * dc +
                          kM2 / 2 * kL1 * kL2 * std::cos(c - a) * da * dc;
   const double height1 = kL1 * std::sin(a), height2 = kL2 * std::sin(c);
-  return kinetic + kMechanismGravity * (kM1 * height1 / 2 + kM2 * (height1 + height2 / 2));
+  return kinetic + kGravity * (kM1 * height1 / 2 + kM2 * (height1 + height2 / 2));
 }
 
 TEST(Mechanism, DoublePendulumSwingsAsLagrangesEquationsOfSecondOrderInTheStep) {
@@ -89,7 +88,7 @@ TEST(Mechanism, KeepsItsEnergyOverManySwings) {
   Model model = double_pendulum();
   model.timestep = 1e-4;
   Solver solver(std::move(model));
-  const double scale = kMechanismGravity * (kM1 + kM2) * kL1;
+  const double scale = kGravity * (kM1 + kM2) * kL1;
   double worst = 0;
   for (int k = 0; k < 50000; ++k) {
     solver.step();
@@ -107,7 +106,7 @@ TEST(Mechanism, PendulumOnACartMovesAsLagrangesEquations) {
   const auto rates = [&](const std::vector<double>& y) {
     const double c = std::cos(y[1]), s = std::sin(y[1]);
     const double i = own + bob * arm * arm, k = bob * arm;
-    const double f1 = k * c * y[3] * y[3], f2 = -k * kMechanismGravity * c, m = -k * s;
+    const double f1 = k * c * y[3] * y[3], f2 = -k * kGravity * c, m = -k * s;
     const double det = (cart + bob) * i - m * m;
     return std::vector<double>{y[2], y[3], (f1 * i - m * f2) / det,
                                ((cart + bob) * f2 - m * f1) / det};
@@ -180,7 +179,7 @@ TEST(Mechanism, TheMotorOfASliderCrankGivesTheWorkThatItsPartsReceive) {
       if (f == 2) velocity = Vec3(rate(solver, machine.piston), 0, 0);
       sum += 0.5 * body.mass * velocity.squaredNorm() +
              0.5 * angular_velocity.dot(body.inertia * angular_velocity) +
-             body.mass * kMechanismGravity * (frames[f].position + arm).z();
+             body.mass * kGravity * (frames[f].position + arm).z();
     }
     return sum;
   };
@@ -238,8 +237,8 @@ TEST(Mechanism, LoopOfHingesWithDependentRowsHoldsAndBearsItsLoad) {
     solver.clear_boundary_loads();
     for (int k = 0; k < 100; ++k) solver.step();
     EXPECT_NEAR(coordinate(solver, beam), 0, 1e-15);
-    EXPECT_NEAR(solver.couplings()[0].impulse.z() / 0.01, kMechanismGravity, 1e-9);
-    EXPECT_NEAR(solver.frames()[0].reaction_impulse.z() / 0.01, kMechanismGravity, 1e-9);
+    EXPECT_NEAR(solver.couplings()[0].impulse.z() / 0.01, kGravity, 1e-9);
+    EXPECT_NEAR(solver.frames()[0].reaction_impulse.z() / 0.01, kGravity, 1e-9);
   }
 }
 
@@ -252,8 +251,8 @@ TEST(Mechanism, JointsBearWhatHangsOnThem) {
   for (int k = 0; k < 10; ++k) solver.step();
   solver.clear_boundary_loads();
   for (int k = 0; k < 100; ++k) solver.step();
-  EXPECT_NEAR(solver.frames()[0].reaction_impulse.z() / 0.01, 1.5 * kMechanismGravity, 1e-9);
-  EXPECT_NEAR(solver.frames()[1].reaction_impulse.z() / 0.01, 0.5 * kMechanismGravity, 1e-9);
+  EXPECT_NEAR(solver.frames()[0].reaction_impulse.z() / 0.01, 1.5 * kGravity, 1e-9);
+  EXPECT_NEAR(solver.frames()[1].reaction_impulse.z() / 0.01, 0.5 * kGravity, 1e-9);
 }
 
 TEST(Mechanism, ReactionsOfASwingingLoopAddUpToTheMomentumOfAllParts) {
@@ -285,7 +284,7 @@ TEST(Mechanism, ReactionsOfASwingingLoopAddUpToTheMomentumOfAllParts) {
     solver.step();
   }
   now = solver.frames();
-  const Vec3 change = momentum(last, now) - start, weight(0, 0, -0.6 * kMechanismGravity * 0.2);
+  const Vec3 change = momentum(last, now) - start, weight(0, 0, -0.6 * kGravity * 0.2);
   // The ground bears the joints of crank and piston.
   const Vec3 reactions = now[0].reaction_impulse + now[2].reaction_impulse;
   EXPECT_LT((reactions + weight - change).norm(), 1e-10);
@@ -374,8 +373,8 @@ TEST(Mechanism, PointStaysInItsSlotAndWeldHoldsAll) {
 
 TEST(Mechanism, FrictionHoldsAMechanismExactlyUntilItIsOvercome) {
   // Both bars horizontal: the joint of the upper one bears (m1/2 + m2) g l1 + m2 g l2/2.
-  const double needed = kMechanismGravity * ((kM1 / 2 + kM2) * kL1 + kM2 * kL2 / 2),
-               lower = kMechanismGravity * kM2 * kL2 / 2;
+  const double needed = kGravity * ((kM1 / 2 + kM2) * kL1 + kM2 * kL2 / 2),
+               lower = kGravity * kM2 * kL2 / 2;
   for (const double part : {0.999, 1.001}) {
     Model model = double_pendulum();
     model.frames[0].free->joints[0].friction = part * needed;
@@ -486,8 +485,8 @@ TEST(Mechanism, BodiesOfAMechanismTouchEachOther) {
   const Vec3 weight_arm = at.orientation * Vec3(0.1, 0, 0);
   const Vec3 contact_force = solver.boundary_contacts()[0].force;
   const Vec3 touch = at.orientation * Vec3(0.15, 0, 0.005);
-  EXPECT_NEAR(-touch.cross(contact_force).y(),
-              weight_arm.cross(Vec3(0, 0, 0.2 * kMechanismGravity)).y(), 1e-4);
+  EXPECT_NEAR(-touch.cross(contact_force).y(), weight_arm.cross(Vec3(0, 0, 0.2 * kGravity)).y(),
+              1e-4);
   EXPECT_GT(contact.normal_force, 1);
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/support/dice.h"
 #include "validation/verification/fixtures/scenes.h"
 
 namespace firn {
@@ -12,21 +13,17 @@ namespace {
 using scenes::Random;
 using Affine = Eigen::Isometry3d;
 
-Vec3 random_motion_vector(Random& random, double size) {
-  return {random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size)};
-}
-
 // Any course, with a start, a stop and repetitions. `smooth`: of continuous speed for all times.
 Motion random_motion(Random& random, bool smooth) {
   Motion m;
   m.kind = random.uniform(0, 1) < 0.6 ? Motion::Kind::rotation : Motion::Kind::translation;
   m.axis = random.orientation() * Vec3::UnitX();
-  m.center = random_motion_vector(random, 0.3);
+  m.center = random_vector(random, 0.3);
   const bool turns = m.kind == Motion::Kind::rotation;
   const double size = turns ? 1 : 0.1;
   switch (static_cast<int>(random.uniform(0, smooth ? 3 : 4))) {
     case 0:
-      m.velocity = random_motion_vector(random, 0.5);
+      m.velocity = random_vector(random, 0.5);
       m.angular_speed = random.uniform(-5, 5);
       break;
     case 1:
@@ -128,7 +125,7 @@ Scene scene(Random& random, const std::vector<Motion>& motions, double timestep)
   Boundary b;
   b.name = "plate";
   b.material = scenes::kPlastic;
-  b.origin = random_motion_vector(random, 0.2);
+  b.origin = random_vector(random, 0.2);
   b.orientation = random.orientation();
   b.mesh = small_triangle(b.origin);
   b.motions = motions;
@@ -137,13 +134,13 @@ Scene scene(Random& random, const std::vector<Motion>& motions, double timestep)
   model.boundaries[1].frame = 0;
   MotionFrame frame;
   frame.name = "list";
-  frame.origin = random_motion_vector(random, 0.2);
+  frame.origin = random_vector(random, 0.2);
   frame.motions = motions;
   model.frames = {frame};
   for (std::size_t i = 0; i < motions.size(); ++i) {
     MotionFrame link;
     link.name = "link " + std::to_string(i);
-    link.origin = random_motion_vector(random, 0.2);
+    link.origin = random_vector(random, 0.2);
     link.parent = i == 0 ? -1 : static_cast<int>(i);
     link.motions = {motions[i]};
     model.frames.push_back(link);

@@ -6,14 +6,13 @@
 #include <cmath>
 #include <random>
 
+#include "experiments/analysis/random_stream.h"
 #include "tests/support/sample_records.h"
 
 namespace firn {
 namespace {
 
 using testing::HasSubstr;
-
-double uniform(std::mt19937_64& bits) { return static_cast<double>(bits() >> 11) * 0x1p-53; }
 
 DataIdentity angle(double value, double uncertainty, const std::string& experiment = "",
                    const std::string& unit = "deg") {
@@ -44,10 +43,10 @@ TEST(SameData, AreFoundWhateverTheyAreCalled) {
 TEST(SameData, HoldsForRandomMembersAndBothWays) {
   std::mt19937_64 bits(31);
   for (int trial = 0; trial < 2000; ++trial) {
-    const double value = std::pow(10, 6 * uniform(bits) - 3) * (trial % 2 == 0 ? 1 : -1);
-    const double u = std::abs(value) * 0.3 * uniform(bits);
+    const double value = std::pow(10, 6 * uniform_half_open(bits) - 3) * (trial % 2 == 0 ? 1 : -1);
+    const double u = std::abs(value) * 0.3 * uniform_half_open(bits);
     const DataIdentity a = angle(value, u, "one");
-    const double noise = 1 + 0.004 * (2 * uniform(bits) - 1);
+    const double noise = 1 + 0.004 * (2 * uniform_half_open(bits) - 1);
     const DataIdentity rounded = angle(value * noise, u * 1.1, trial % 3 == 0 ? "" : "two");
     EXPECT_TRUE(same_data(a, rounded)) << value;
     EXPECT_TRUE(same_data(rounded, a)) << value;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 
+#include "experiments/analysis/random_stream.h"
 #include "tests/validation/statistics/samples.h"
 #include "validation/comparison/strength_reliability.h"
 
@@ -15,7 +16,6 @@ namespace {
 
 using samples::placebo;
 using samples::treated;
-using samples::uniform;
 
 TEST(SampleStatistics, AreTheTextbooks) {
   const SampleStatistics f = sample_statistics({1, 2, 3, 4});
@@ -36,8 +36,8 @@ TEST(Summary, HoldsEveryPossibleSampleAndIsTight) {
     // The three inner values sum to 14: two at random, the third follows. Extremes often.
     std::vector<double> v = {low, high};
     for (int k = 0; k < 2; ++k) {
-      const double r = uniform(bits);
-      v.push_back(r < 0.3 ? low : r < 0.6 ? high : low + (high - low) * uniform(bits));
+      const double r = uniform_half_open(bits);
+      v.push_back(r < 0.3 ? low : r < 0.6 ? high : low + (high - low) * uniform_half_open(bits));
     }
     v.push_back(n * mean - v[0] - v[1] - v[2] - v[3]);
     if (v.back() < low || v.back() > high) continue;
@@ -104,7 +104,7 @@ TEST(Damage, WeibullIsFoundFromValuesAndFromTheirSummary) {
   std::mt19937_64 bits(6);
   const double shape = 8, scale = 1000;
   std::vector<double> values(60);
-  for (double& v : values) v = scale * std::pow(-std::log1p(-uniform(bits)), 1 / shape);
+  for (double& v : values) v = scale * std::pow(-std::log1p(-uniform_half_open(bits)), 1 / shape);
   Measurement all;
   all.unit = "N";
   all.scatter = ScatterKind::values;
@@ -137,7 +137,7 @@ TEST(Damage, WeibullIntervalsOfSummariesCoverTheTruth) {
   const int trials = 120;
   for (int trial = 0; trial < trials; ++trial) {
     std::vector<double> v(7);
-    for (double& x : v) x = scale * std::pow(-std::log1p(-uniform(bits)), 1 / shape);
+    for (double& x : v) x = scale * std::pow(-std::log1p(-uniform_half_open(bits)), 1 / shape);
     const auto [low, high] = std::ranges::minmax(v);
     const BreakageProbability p =
         breakage_weibull({{load}}, fit_weibull(summary(7, low, high, sample_statistics(v).mean)));

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <random>
 
+#include "experiments/analysis/random_stream.h"
+
 namespace firn {
 namespace {
 
@@ -16,7 +18,7 @@ Levels powers(double truth, double c, double p, double r) {
 
 TEST(Convergence, FindsTheOrderAndBoundsTheError) {
   std::mt19937_64 bits(3);
-  const auto uniform = [&] { return static_cast<double>(bits() >> 11) * 0x1p-53; };
+  const auto uniform = [&] { return uniform_half_open(bits); };
   for (int trial = 0; trial < 500; ++trial) {
     const double p = 0.5 + 2 * uniform(), r = 1.5 + 2 * uniform(), off = 4 * uniform() - 2;
     const Convergence c = converge(powers(10, off, p, r));

@@ -1,14 +1,9 @@
 // Data that several tests of the statistics use.
 #pragma once
 
-#include <random>
-
 #include "validation/statistics/distributions.h"
 
 namespace firn::samples {
-
-// A number in [0, 1).
-inline double uniform(std::mt19937_64& bits) { return static_cast<double>(bits() >> 11) * 0x1p-53; }
 
 // Freireich et al. (1963): weeks of remission under 6-mercaptopurine and under placebo, the
 // textbook case of both (Kalbfleisch and Prentice, chapter 1).

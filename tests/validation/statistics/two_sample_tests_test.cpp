@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 
+#include "experiments/analysis/random_stream.h"
 #include "tests/validation/statistics/samples.h"
 #include "validation/statistics/outlier_test.h"
 
@@ -15,7 +16,6 @@ namespace {
 
 using samples::placebo;
 using samples::treated;
-using samples::uniform;
 
 double cdf(const std::vector<double>& sample, double x) {
   return static_cast<double>(std::ranges::count_if(sample, [&](double v) { return v <= x; })) /
@@ -66,7 +66,7 @@ TEST(Exchange, IsExactForSmallSamplesWithAndWithoutTies) {
   for (int trial = 0; trial < 60; ++trial) {
     std::vector<double> a(2 + trial % 5), b(1 + trial % 6);
     for (auto* s : {&a, &b})
-      for (double& v : *s) v = std::floor(uniform(bits) * (trial % 3 == 0 ? 4 : 1000));
+      for (double& v : *s) v = std::floor(uniform_half_open(bits) * (trial % 3 == 0 ? 4 : 1000));
     const SampleTest t = exchange_test(a, b);
     const auto [by_distance, by_area] = brute(a, b);
     EXPECT_NEAR(t.distance, smirnov(a, b), 1e-12) << trial;
@@ -113,8 +113,8 @@ TEST(ValueApart, IsFoundAmongValuesOfSeveralKinds) {
     for (double& x : v)
       x = kind == 0   ? 10 + normal(bits)
           : kind == 1 ? std::exp(0.4 * normal(bits))
-          : kind == 2 ? -std::log1p(-uniform(bits))
-                      : 1 + uniform(bits);
+          : kind == 2 ? -std::log1p(-uniform_half_open(bits))
+                      : 1 + uniform_half_open(bits);
     false_alarms += value_apart(v).has_value();
     if (kind == 2) continue;  // a tenfold exponential value is one in 20 000, no impossible one
     v[v.size() / 2] *= 10;
