@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numbers>
 #include <numeric>
+#include <optional>
 
 namespace firn::beds {
 
@@ -56,6 +57,24 @@ int add_stirrer(Model& model, const Vec3& center, const Quat& orientation) {
   return static_cast<int>(model.boundaries.size()) - 1;
 }
 
+// A bed of one seed at a moment in which no cube is pinched. Tiling inserts the particles again,
+// and an insertion with a large overlap is refused. Empty: no such moment within a second.
+std::optional<Solver> filled_once(const Tile& t, std::uint64_t seed) {
+  Solver solver(t.box.model);
+  scenes::scatter(solver, 0, kCubes, t.box.lower, t.box.upper, seed);
+  scenes::run(solver, 1.0);
+  const double edge = t.box.model.shapes[0].box.minCoeff();
+  const auto pinched = [&] {
+    return std::ranges::any_of(solver.contact_overlaps(),
+                               [&](double overlap) { return overlap > 0.045 * edge; });
+  };
+  for (int tries = 0; pinched(); ++tries) {
+    if (tries == 1000) return std::nullopt;
+    scenes::run(solver, 1e-3);
+  }
+  return solver;
+}
+
 }  // namespace
 
 Tile tile(bool stirrer) {
@@ -66,18 +85,9 @@ Tile tile(bool stirrer) {
 }
 
 Solver filled(const Tile& t) {
-  Solver solver(t.box.model);
-  scenes::scatter(solver, 0, kCubes, t.box.lower, t.box.upper, 1);
-  scenes::run(solver, 1.0);
-  // Tiling inserts the particles again, and an insertion with a large overlap is refused: no blade
-  // may pinch a cube.
-  const double edge = t.box.model.shapes[0].box.minCoeff();
-  const auto pinched = [&] {
-    return std::ranges::any_of(solver.contact_overlaps(),
-                               [&](double overlap) { return overlap > 0.045 * edge; });
-  };
-  while (pinched()) scenes::run(solver, 1e-3);
-  return solver;
+  for (std::uint64_t seed = 1;; ++seed) {
+    if (std::optional<Solver> solver = filled_once(t, seed)) return std::move(*solver);
+  }
 }
 
 Tiled tiled(const Tile& t, const Solver& from, int along, int across) {

@@ -124,7 +124,8 @@ double time_used() {
   return 1e6 * static_cast<double>(t.tv_sec) + 1e-3 * static_cast<double>(t.tv_nsec);
 }
 
-void add_counters(benchmark::State& state, const Solver& solver) {
+void add_counters(benchmark::State& state, Solver& solver) {
+  solver.complete_step();
   state.counters["patches"] = static_cast<double>(solver.diagnostics().patches);
   state.counters["points"] = static_cast<double>(solver.diagnostics().points);
   state.counters["kinetic_J"] = solver.energy().kinetic;
