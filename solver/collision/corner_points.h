@@ -45,7 +45,19 @@ void add_corners(const ProjectedPart& view, bool is_a, std::span<const std::uint
   const ConvexPart& part = view.part;
   const double radii = part.radius + surface.radius;
   const Vec3 outward = is_a ? view.n : Vec3(-view.n);
+  // The gap is an affine function of the vertex. Most vertices are too far away by more than its
+  // rounding errors, and are left out by it alone.
+  const HeightGradient& plane = surface.plane;
+  const double sign = is_a ? 1 : -1;
+  const Vec3 gradient = sign * (plane.du * view.u + plane.dv * view.v - view.n);
+  const double at_origin = sign * (plane.at_origin + plane.du * view.shift.x() +
+                                   plane.dv * view.shift.y() - view.shift.z()) -
+                           radii;
+  const double far = 2 * contact_margin;
   for (int i = 0; i < part.vertex_count; ++i) {
+    if (gradient.x() * part.x[i] + gradient.y() * part.y[i] + gradient.z() * part.z[i] + at_origin >
+        far)
+      continue;
     const PlanePoint at = view.flat(i);
     const double corner = view.height(i), other = surface.plane.height(at);
     const double gap = (is_a ? other - corner : corner - other) - radii;

@@ -261,6 +261,10 @@ struct FrictionLimit {
   }
 };
 
+[[gnu::always_inline]] inline FrictionLimit friction_limit(const FrictionRegion& region) {
+  return FrictionLimit(region.cosine * region.cosine + region.sine * region.sine);
+}
+
 // Factors that return a trial force and torsion to the limit: the new force is `along` times the
 // trial force plus `across` times the trial force turned by 90 degrees about the normal.
 struct FrictionScale {
@@ -297,48 +301,85 @@ struct FrictionScale {
   return {scale * along, scale * across, scale * torsion};
 }
 
+// FrictionLoad of a force (N) with a torsion (N m).
+[[gnu::always_inline]] inline FrictionLoad friction_load(const FrictionRegion& region,
+                                                         const Vec& tangential, double torsion) {
+  const TangentBasis basis = tangent_basis(region.normal);
+  const double lever = region.radius > 0 ? 1 / region.radius : 0.0;
+  return friction_load(region, dot(tangential, basis.u), dot(tangential, basis.v), torsion * lever);
+}
+
+// Trial of a friction step: force and torsion as if the patch stuck, and the limit for them.
+struct FrictionTrial {
+  Vec tangential;  // N, on a
+  double torsion;  // N m, on a, about the normal
+  double sliding;  // 1: dynamic friction applies
+  double needed2;  // N^2, square of the limit that would hold force and torsion
+  double limit2;   // N^2, square of the limit that applies
+
+  bool beyond() const { return needed2 > limit2; }
+};
+
 // Elastic-frictional tangential spring at the reference point, equations (8) and (9), with a static
 // and a dynamic coefficient, and a torsional spring about the normal at the radius of the patch.
-// Both share one limit. Without a normal force, both springs are reset. Branch-free, as above.
-[[gnu::always_inline]] inline FrictionStep advance_friction(const FrictionLaw& law,
-                                                            const FrictionState& before,
-                                                            double normal_force,
-                                                            const FrictionRegion& region,
-                                                            const PatchMotion& motion, double dt) {
-  const double torsion_radius = region.radius;
-  const FrictionLimit limit(region.cosine * region.cosine + region.sine * region.sine);
-  const TangentBasis basis = tangent_basis(region.normal);
-  const bool bears = normal_force > 0;
+// Both share one limit. Branch-free, as above.
+[[gnu::always_inline]] inline FrictionTrial friction_trial(const FrictionLaw& law,
+                                                           const FrictionState& before,
+                                                           double normal_force,
+                                                           const FrictionRegion& region,
+                                                           const PatchMotion& motion, double dt) {
   const Vec trial = before.tangential - (law.stiffness * dt) * motion.slip;
-  const double free =
-      before.torsion - law.stiffness * torsion_radius * torsion_radius * motion.turn;
-  const double lever = torsion_radius > 0 ? 1 / torsion_radius : 0.0;
-  const FrictionLoad load =
-      friction_load(region, dot(trial, basis.u), dot(trial, basis.v), free * lever);
-  const FrictionLoad load_before =
-      friction_load(region, dot(before.tangential, basis.u), dot(before.tangential, basis.v),
-                    before.torsion * lever);
-  // Square of the limit that would hold both.
-  const double needed2 = (load.force2 + load.torsion2) / limit.size(load.t(), load.q());
+  const double free = before.torsion - law.stiffness * region.radius * region.radius * motion.turn;
+  const FrictionLoad load = friction_load(region, trial, free);
+  const double needed2 =
+      (load.force2 + load.torsion2) / friction_limit(region).size(load.t(), load.q());
   const double static_cap = law.static_friction * normal_force;
   const double dynamic_cap = law.dynamic_friction * normal_force;
   const bool slow = square(motion.slip) < law.restick_velocity * law.restick_velocity;
   const bool held = needed2 <= dynamic_cap * dynamic_cap;
   double sliding = held ? (slow ? 0.0 : before.sliding) : before.sliding;
   sliding = needed2 > static_cap * static_cap ? 1.0 : sliding;
-  const double cap = sliding > 0 ? dynamic_cap : static_cap, limit2 = cap * cap;
-  const bool beyond = needed2 > limit2;
-  const FrictionScale scale = friction_scale(limit, load, load_before, limit2,
-                                             std::sqrt(needed2 / (limit2 > 0 ? limit2 : 1.0)));
+  const double cap = sliding > 0 ? dynamic_cap : static_cap;
+  // Component by component: a copy of the whole vector keeps the compiler from vectorizing.
+  return {{trial.x, trial.y, trial.z}, free, sliding, needed2, cap * cap};
+}
+
+// Factors that return a trial from `before` to its limit, if it is beyond.
+[[gnu::always_inline]] inline FrictionScale friction_scale(const FrictionRegion& region,
+                                                           const FrictionState& before,
+                                                           const FrictionTrial& trial) {
+  const double limit2 = trial.limit2;
+  return friction_scale(friction_limit(region),
+                        friction_load(region, trial.tangential, trial.torsion),
+                        friction_load(region, before.tangential, before.torsion), limit2,
+                        std::sqrt(trial.needed2 / (limit2 > 0 ? limit2 : 1.0)));
+}
+
+// The state after the step: the trial with factors of friction_scale(), or with {1, 0, 1} for a
+// trial within its limit. Without a normal force, both springs are reset.
+[[gnu::always_inline]] inline FrictionStep friction_step(
+    const FrictionState& before, const FrictionTrial& trial, const FrictionScale& scale,
+    double normal_force, const FrictionRegion& region, const PatchMotion& motion, double dt) {
+  const bool bears = normal_force > 0;
   FrictionStep out;
-  out.state.tangential = (beyond ? scale.along : 1.0) * trial +
-                         (beyond ? scale.across : 0.0) * cross(region.normal, trial);
-  out.state.torsion = torsion_radius > 0 ? (beyond ? scale.torsion : 1.0) * free : 0.0;
-  out.state.sliding = bears ? sliding : 0.0;
+  out.state.tangential =
+      scale.along * trial.tangential + scale.across * cross(region.normal, trial.tangential);
+  out.state.torsion = region.radius > 0 ? scale.torsion * trial.torsion : 0.0;
+  out.state.sliding = bears ? trial.sliding : 0.0;
   const double work = -0.5 * dt * dot(before.tangential + out.state.tangential, motion.slip) -
                       0.5 * (before.torsion + out.state.torsion) * motion.turn;
   out.work = bears ? work : 0.0;
   return out;
+}
+
+// One step of friction of one patch. PatchBlock does the same for many patches in vectors.
+inline FrictionStep advance_friction(const FrictionLaw& law, const FrictionState& before,
+                                     double normal_force, const FrictionRegion& region,
+                                     const PatchMotion& motion, double dt) {
+  const FrictionTrial trial = friction_trial(law, before, normal_force, region, motion, dt);
+  const FrictionScale scale =
+      trial.beyond() ? friction_scale(region, before, trial) : FrictionScale{1, 0, 1};
+  return friction_step(before, trial, scale, normal_force, region, motion, dt);
 }
 
 // Force on a, and moment on a about the reference point. The load on b is opposite.

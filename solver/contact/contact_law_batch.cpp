@@ -223,25 +223,67 @@ void PatchBlock::compute_first_points(int k, Simd4d& deepest) {
   put(load.work, work_normal_ + k);
 }
 
+FrictionRegion PatchBlock::region(int k) const {
+  return {normal_.vec(k), arm_.w[k], elongation_cosine_[k], elongation_sine_[k]};
+}
+
+// advance_friction() for all patches. Patches within their limit need no factors: those of four are
+// computed only if one of the four is beyond.
 void PatchBlock::compute_friction(double dt) {
   for (int k = 0; k < count_; ++k) {
-    const double pressing = normal_load_.w[k];
     const PatchMotion motion{0, {}, slip_.vec(k), slip_.w[k]};
-    const FrictionStep step = advance_friction(
+    const FrictionTrial trial = friction_trial(
         {friction_.x[k], friction_.y[k], friction_.z[k], friction_.w[k]},
-        {tangential_.vec(k), normal_.w[k], sliding_[k]}, pressing,
-        {normal_.vec(k), arm_.w[k], elongation_cosine_[k], elongation_sine_[k]}, motion, dt);
-    const Wrench on_a = wrench(normal_.vec(k), pressing, normal_load_.vec(k), step.state);
-    const Vec moment = on_a.moment + cross(arm_.vec(k), on_a.force);
-    const Vec counter = moment + cross(center_offset_.vec(k), on_a.force);  // arm_b = arm_a + apart
-    tangential_.set(k, step.state.tangential, pressing);
-    torsion_[k] = step.state.torsion;
-    sliding_[k] = step.state.sliding;
-    work_friction_[k] = step.work;
-    force_on_a_.set(k, on_a.force, pressing);
-    moment_.set(k, moment, 0);
-    moment_on_b_.set(k, {-counter.x, -counter.y, -counter.z}, 0);
+        {tangential_.vec(k), normal_.w[k], sliding_[k]}, normal_load_.w[k], region(k), motion, dt);
+    trial_.set(k, trial.tangential, trial.torsion);
+    needed2_[k] = trial.needed2;
+    limit2_[k] = trial.limit2;
+    trial_sliding_[k] = trial.sliding;
   }
+  for (int k = 0; k < count_; k += 4) {
+    Simd4d needed2, limit2;
+    get(needed2_ + k, needed2);
+    get(limit2_ + k, limit2);
+    if (movemask(needed2 > limit2) != 0) {
+      compute_friction_scale(k);
+    } else {
+      put(Simd4d{1, 1, 1, 1}, scale_.x + k);
+      put(Simd4d{}, scale_.y + k);
+      put(Simd4d{1, 1, 1, 1}, scale_.z + k);
+    }
+  }
+  for (int k = 0; k < count_; ++k) finish_friction(k, dt);
+}
+
+void PatchBlock::compute_friction_scale(int first) {
+  for (int k = first; k < first + 4; ++k) {
+    const FrictionTrial trial{trial_.vec(k), trial_.w[k], 0, needed2_[k], limit2_[k]};
+    const FrictionScale scale =
+        friction_scale(region(k), {tangential_.vec(k), normal_.w[k], 0}, trial);
+    const bool beyond = trial.beyond();
+    scale_.x[k] = beyond ? scale.along : 1.0;
+    scale_.y[k] = beyond ? scale.across : 0.0;
+    scale_.z[k] = beyond ? scale.torsion : 1.0;
+  }
+}
+
+void PatchBlock::finish_friction(int k, double dt) {
+  const double pressing = normal_load_.w[k];
+  const PatchMotion motion{0, {}, slip_.vec(k), slip_.w[k]};
+  const FrictionTrial trial{trial_.vec(k), trial_.w[k], trial_sliding_[k], 0, 0};
+  const FrictionStep step =
+      friction_step({tangential_.vec(k), normal_.w[k], 0}, trial,
+                    {scale_.x[k], scale_.y[k], scale_.z[k]}, pressing, region(k), motion, dt);
+  const Wrench on_a = wrench(normal_.vec(k), pressing, normal_load_.vec(k), step.state);
+  const Vec moment = on_a.moment + cross(arm_.vec(k), on_a.force);
+  const Vec counter = moment + cross(center_offset_.vec(k), on_a.force);  // arm_b = arm_a + apart
+  tangential_.set(k, step.state.tangential, pressing);
+  torsion_[k] = step.state.torsion;
+  sliding_[k] = step.state.sliding;
+  work_friction_[k] = step.work;
+  force_on_a_.set(k, on_a.force, pressing);
+  moment_.set(k, moment, 0);
+  moment_on_b_.set(k, {-counter.x, -counter.y, -counter.z}, 0);
 }
 
 // Rolling resistance and adhesion.

@@ -123,7 +123,10 @@ class PatchBlock {
   void compute_normal_forces();
   void compute_first_points(int k, Simd4d& deepest);
   [[gnu::always_inline]] inline void compute_further_point(int k, ContactPoint& p);  // of patch k
+  [[gnu::always_inline]] inline FrictionRegion region(int k) const;
   void compute_friction(double dt);
+  void compute_friction_scale(int first);  // of four patches
+  [[gnu::always_inline]] inline void finish_friction(int k, double dt);
   void scatter(int k);
   [[gnu::noinline]] void add_rolling_and_adhesion(double dt);
   void add_rolling_and_adhesion(int k, double dt);
@@ -153,6 +156,9 @@ class PatchBlock {
   Columns tilt_;         // and closing
   Columns slip_;         // and turn
   Columns normal_load_;  // sum of force times offset, and normal force
+  Columns trial_;        // friction force, and torsion
+  Columns scale_;        // factors of FrictionScale
+  alignas(32) double needed2_[capacity], limit2_[capacity], trial_sliding_[capacity];
   alignas(32) double elongation_cosine_[capacity], elongation_sine_[capacity];
   alignas(32) double torsion_[capacity], sliding_[capacity], work_normal_[capacity],
       work_friction_[capacity];

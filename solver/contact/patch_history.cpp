@@ -9,18 +9,32 @@ namespace {
 
 constexpr double kSameHistory = 0.7;  // cosine: a patch may inherit from an old one
 
-// True when `fresh` is at the position of `old`: same or neighboring parts on both bodies, similar
-// normals.
-bool can_inherit_history(const PatchInput& in, const ContactPatch& old, const ContactPatch& fresh) {
-  if (old.normal.dot(fresh.normal) < kSameHistory) return false;
-  const auto dilated = [](std::uint64_t parts, std::span<const std::uint64_t> neighbors) {
+// Parts whose patches may inherit from an old patch: its own and their neighbors.
+struct HeirParts {
+  std::uint64_t a, b;
+
+  HeirParts(const PatchInput& in, const ContactPatch& old)
+      : a(dilated(old.parts_a, in.neighbors_a)),
+        // A boundary without lists of neighbors has one surface.
+        b(in.neighbors_b.empty() ? ~std::uint64_t{0} : dilated(old.parts_b, in.neighbors_b)) {}
+  bool include(const ContactPatch& fresh) const {
+    return (a & fresh.parts_a) != 0 && (b & fresh.parts_b) != 0;
+  }
+
+ private:
+  static std::uint64_t dilated(std::uint64_t parts, std::span<const std::uint64_t> neighbors) {
     std::uint64_t all = parts;
     for (std::size_t i = 0; i < neighbors.size(); ++i)
       all |= neighbors[i] & -(parts >> (i & 63) & 1);
     return all;
-  };
-  if (!(dilated(old.parts_a, in.neighbors_a) & fresh.parts_a)) return false;
-  return in.neighbors_b.empty() || (dilated(old.parts_b, in.neighbors_b) & fresh.parts_b);
+  }
+};
+
+// True when `fresh` is at the position of `old`: same or neighboring parts on both bodies, similar
+// normals.
+bool can_inherit_history(const HeirParts& parts, const ContactPatch& old,
+                         const ContactPatch& fresh) {
+  return old.normal.dot(fresh.normal) >= kSameHistory && parts.include(fresh);
 }
 
 // Relative motion of the bodies at a patch in this step.
@@ -179,10 +193,11 @@ void transfer_history(const PatchInput& in, PatchScratch& scratch, PatchBuffer& 
   scratch.work.assign(out.patches.size(), 0.0);
   for (std::size_t o = 0; o < in.old_patches.size(); ++o) {
     const ContactPatch& old = in.old_patches[o];
+    const HeirParts parts(in, old);
     if (old.normal_force <= 0) {
       // Without load within the contact margin: a contact here was detected before it touched.
       for (std::size_t i = 0; i < out.patches.size(); ++i) {
-        if (can_inherit_history(in, old, out.patches[i])) scratch.has_parent[i] = 1;
+        if (can_inherit_history(parts, old, out.patches[i])) scratch.has_parent[i] = 1;
       }
       continue;
     }
@@ -191,7 +206,7 @@ void transfer_history(const PatchInput& in, PatchScratch& scratch, PatchBuffer& 
     double all = 0;
     for (std::size_t i = 0; i < out.patches.size(); ++i) {
       const ContactPatch& fresh = out.patches[i];
-      if (!can_inherit_history(in, old, fresh)) continue;
+      if (!can_inherit_history(parts, old, fresh)) continue;
       match_points(in, old, fresh, points_of(fresh), matches_of(fresh));
       scratch.capacity[i] =
           out.patches.size() == 1 ? 1.0 : capacity(in, fresh, points_of(fresh), matches_of(fresh));
@@ -202,7 +217,7 @@ void transfer_history(const PatchInput& in, PatchScratch& scratch, PatchBuffer& 
     const double work = work_of_step(in, old);
     for (std::size_t i = 0; i < out.patches.size(); ++i) {
       ContactPatch& fresh = out.patches[i];
-      if (!can_inherit_history(in, old, fresh)) continue;
+      if (!can_inherit_history(parts, old, fresh)) continue;
       const double f = scratch.capacity[i] / all;
       scratch.energy[i] += f * energy;
       scratch.work[i] += f * work;
