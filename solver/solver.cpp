@@ -17,6 +17,7 @@
 #include "solver/step/bond_forces.h"
 #include "solver/step/boundary_contacts.h"
 #include "solver/step/contact_info.h"
+#include "solver/step/free_body_energy.h"
 #include "solver/step/initial_state.h"
 #include "solver/step/kernels.h"
 #include "solver/step/moving_boundaries.h"
@@ -279,7 +280,8 @@ std::vector<FrameState> Solver::frames() const {
     if (!free) continue;
     const std::size_t axes = free->joints.size();
     for (std::size_t k = 0; k < axes; ++k) {
-      one.joints.push_back({m.coordinate[k], m.rate[k], m.motor_impulse[k], m.limit_impulse[k]});
+      one.joints.push_back({m.coordinate[k], m.rate[k], m.motor_impulse[k], m.limit_impulse[k],
+                            m.dissipated_friction[k]});
     }
     const int parent = i.model.frames[f].parent;
     const Mat3 above = parent < 0 ? Mat3(Mat3::Identity())
@@ -293,7 +295,7 @@ std::vector<FrameState> Solver::frames() const {
 std::vector<CouplingState> Solver::couplings() const {
   std::vector<CouplingState> out;
   for (const CouplingReaction& c : impl_->state.couplings)
-    out.push_back({c.position, c.impulse, c.angular_impulse});
+    out.push_back({c.position, c.impulse, c.angular_impulse, c.dissipated_friction});
   return out;
 }
 
@@ -327,7 +329,10 @@ void Solver::clear_boundary_loads() {
 
 Energy Solver::energy() const {
   impl_->require_complete();
-  return energy_of(impl_->model, impl_->workspace, impl_->state);
+  const Impl& i = *impl_;
+  Energy energy = energy_of(i.model, i.workspace, i.state);
+  energy.free_bodies = free_body_energy(i.model, i.workspace, i.state);
+  return energy;
 }
 
 Diagnostics Solver::diagnostics() const {

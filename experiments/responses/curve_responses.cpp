@@ -38,6 +38,7 @@ Signal of_part(const Recording& r, const Case& c, const Measure& m, const std::s
   const std::string group = part_group(c, m);
   if (what == "displacement") return {displacement(r.series(group + "position")), "m"};
   if (what == "peak_normal_force") return {r.series(group + what), "N"};
+  if (what == "dissipated_friction") return {r.series(group + what), "J"};
   return {lengths(r.series(group + what)), what == "force" ? "N" : "N m"};
 }
 
@@ -56,6 +57,7 @@ Signal of_frame(const Recording& r, const Case& c, const Measure& m, const std::
   if (what == "coordinate") return {column(what), turns ? "rad" : "m"};
   if (what == "rate") return {column(what), turns ? "rad/s" : "m/s"};
   if (what == "motor_load") return {column(what), turns ? "N m" : "N"};
+  if (what == "dissipated_friction") return {column(what), "J"};
   if (what == "force" || what == "reaction_force") return {lengths(r.series(group + what)), "N"};
   const std::vector<double> rate = column("rate"), times = r.frame_times();
   std::vector<double> acceleration(rate.size(), 0);

@@ -259,6 +259,20 @@ void add_frame(const Recording& recording, const MotionFrame& frame, Out& out) {
   for (std::size_t i = 0; i < drive.size(); i += axes) most = std::max(most, std::abs(drive[i]));
   out.add(name + "largest_motor_load", {most}, turns ? "N m" : "N",
           "of its first axis; largest mean over an output frame");
+  const std::string friction = group + "dissipated_friction";
+  if (!recording.contains(friction)) return;
+  const std::vector<double> dissipated = recording.series(friction);
+  double sum = 0;
+  for (std::size_t i = dissipated.size() - axes; i < dissipated.size(); ++i) sum += dissipated[i];
+  out.add(name + "dissipated_joint_friction", {sum}, "J",
+          "by friction of its joints from the start to the last frame");
+}
+
+void add_coupling_friction(const Recording& recording, const Coupling& coupling, Out& out) {
+  const std::string path = "/couplings/" + coupling.name + "/dissipated_friction";
+  if (!recording.contains(path) || recording.frame_count() == 0) return;
+  out.add(coupling.name + "_dissipated_friction", {recording.series(path).back()}, "J",
+          "by friction of the coupling from the start to the last frame");
 }
 
 // Whether all of an inlet's batch, whose first particle is this, are farther than a bounding radius
@@ -316,6 +330,8 @@ std::vector<Response> process_responses(const Recording& recording, const Case& 
   add_loads(recording, inserted, out);
   for (const Sensor& sensor : c.sensors) add_sensor(recording, sensor, c.tag_rules, out);
   for (const MotionFrame& frame : c.model.frames) add_frame(recording, frame, out);
+  for (const Coupling& coupling : c.model.couplings)
+    add_coupling_friction(recording, coupling, out);
   return out.responses;
 }
 

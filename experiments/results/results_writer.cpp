@@ -47,6 +47,14 @@ void add_particles(Row& row, const Solver& solver) {
   each(3, at(state.angular_velocity));
 }
 
+bool has_free_body(const Model& model) {
+  return std::ranges::any_of(model.frames, [](const MotionFrame& f) { return f.free.has_value(); });
+}
+
+bool has_joint_friction(const FreeBody& body) {
+  return std::ranges::any_of(body.joints, [](const Joint& joint) { return joint.has_friction(); });
+}
+
 // Loads are means over the interval, s.
 void add_frame(Row& row, const FrameState& frame, const std::optional<FreeBody>& free,
                double interval) {
@@ -63,6 +71,22 @@ void add_frame(Row& row, const FrameState& frame, const std::optional<FreeBody>&
   for (const FrameState::JointState& axis : frame.joints) row.add(axis.rate);
   for (const FrameState::JointState& axis : frame.joints) row.add(axis.motor_impulse * per_time);
   for (const FrameState::JointState& axis : frame.joints) row.add(axis.limit_impulse * per_time);
+  if (!has_joint_friction(*free)) return;
+  for (const FrameState::JointState& axis : frame.joints) row.add(axis.dissipated_friction);
+}
+
+void add_coupling(Row& row, const CouplingState& coupling, bool has_friction, double interval) {
+  const double per_time = interval > 0 ? 1 / interval : 0;
+  row.add(Vec3(coupling.impulse * per_time));
+  row.add(Vec3(coupling.angular_impulse * per_time));
+  if (has_friction) row.add(coupling.dissipated_friction);
+}
+
+void add_free_bodies(Row& row, const FreeBodyEnergy& e) {
+  for (const double value :
+       {e.kinetic, e.gravitational, e.elastic, e.contacts_elastic, e.dissipated_friction,
+        e.dissipated_damping, e.dissipated_contacts, e.work})
+    row.add(value);
 }
 
 void add_contact(Row& row, const BoundaryContactState& contact, double interval) {
@@ -116,11 +140,14 @@ std::vector<Column> result_columns(const Model& model) {
     const std::size_t axes = frame.free->joints.size();
     for (const char* name : {"coordinate", "rate", "motor_load", "limit_load"})
       columns.push_back({group + "/" + name, "SI", {axes}});
+    if (has_joint_friction(*frame.free))
+      columns.push_back({group + "/dissipated_friction", "J", {axes}});
   }
   for (const Coupling& coupling : model.couplings) {
     const std::string group = "/couplings/" + coupling.name;
     columns.push_back({group + "/force", "N", {3}});
     columns.push_back({group + "/torque", "N m", {3}});
+    if (coupling.has_friction()) columns.push_back({group + "/dissipated_friction", "J", {}});
   }
   for (const BoundaryContact& contact : model.boundary_contacts) {
     const std::string group = "/boundary_contacts/" + contact.name;
@@ -133,6 +160,13 @@ std::vector<Column> result_columns(const Model& model) {
         "dissipated_friction", "dissipated_boundaries", "boundary_work", "removed"})
     columns.push_back({std::string("/energy/") + name, "J", {}});
   if (!model.bonds.empty()) columns.push_back({"/energy/dissipated_bonds", "J", {}});
+  if (has_free_body(model)) {
+    for (const char* name :
+         {"free_bodies_kinetic", "free_bodies_gravitational", "free_bodies_elastic",
+          "boundary_contacts_elastic", "dissipated_joint_friction", "dissipated_joint_damping",
+          "dissipated_boundary_contacts", "free_bodies_work"})
+      columns.push_back({std::string("/energy/") + name, "J", {}});
+  }
   columns.push_back({"/diagnostics/largest_overlap", "m", {}});
   for (const char* name : {"overlap_now", "overlap_p99", "overlap_median"})
     columns.push_back({std::string("/diagnostics/") + name, "m", {}});
@@ -151,11 +185,9 @@ std::vector<double> frame_row(const Solver& solver, double interval) {
   for (std::size_t f = 0; f < frames.size(); ++f) {
     add_frame(row, frames[f], solver.model().frames[f].free, interval);
   }
-  for (const CouplingState& coupling : solver.couplings()) {
-    const double per_time = interval > 0 ? 1 / interval : 0;
-    row.add(Vec3(coupling.impulse * per_time));
-    row.add(Vec3(coupling.angular_impulse * per_time));
-  }
+  const std::vector<CouplingState> couplings = solver.couplings();
+  for (std::size_t c = 0; c < couplings.size(); ++c)
+    add_coupling(row, couplings[c], solver.model().couplings[c].has_friction(), interval);
   for (const BoundaryContactState& contact : solver.boundary_contacts())
     add_contact(row, contact, interval);
   const Energy e = solver.energy();
@@ -165,6 +197,7 @@ std::vector<double> frame_row(const Solver& solver, double interval) {
         e.dissipated_friction, e.dissipated_boundaries, e.boundary_work, e.removed})
     row.add(value);
   if (!solver.model().bonds.empty()) row.add(e.dissipated_bonds);
+  if (has_free_body(solver.model())) add_free_bodies(row, e.free_bodies);
   const Diagnostics& h = solver.diagnostics();
   row.add(h.largest_overlap);
   std::vector<double> overlaps = solver.contact_overlaps();

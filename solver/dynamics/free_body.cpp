@@ -195,11 +195,13 @@ Vector kicked(const HalfKickInput& in, const Vector& start, const Matrix& invers
   }
   Vector now = start + inverse * impulse;
   result = {};
+  Vector pushed = Vector::Zero(now.size());  // impulses of friction and motors
   const auto push = [&](std::size_t k, double wanted, double least, double most, double spent) {
     const auto i = static_cast<Eigen::Index>(k);
     const double needed = (wanted - now[i]) / inverse(i, i);
     const double given = std::clamp(needed, least - spent, most - spent);
     now += inverse.col(i) * given;
+    pushed[i] += given;
     result.held[k] = given == needed;
     return given;
   };
@@ -207,7 +209,9 @@ Vector kicked(const HalfKickInput& in, const Vector& start, const Matrix& invers
     double spent = given_before.motor[k];
     motor_impulse[k] = spent;
     const double friction = h * in.friction[k];
-    if (in.friction[k] > 0) push(k, 0, -friction, friction, given_before.friction[k]);
+    result.friction_impulse[k] = given_before.friction[k];
+    if (in.friction[k] > 0)
+      result.friction_impulse[k] += push(k, 0, -friction, friction, given_before.friction[k]);
     for (const Motor* motor : in.motors[k]) {
       if (!motor->acts(in.t)) continue;
       result.driven = true;
@@ -216,6 +220,14 @@ Vector kicked(const HalfKickInput& in, const Vector& start, const Matrix& invers
                                -h * motor_load_limit(*motor, -rate),
                                h * motor_load_limit(*motor, rate), std::exchange(spent, 0));
     }
+  }
+  // The rest of the change of the momenta. `impulse` contains the dampers at the rates `start`.
+  for (std::size_t k = 0; k < in.body.joints.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    const double damping = in.body.joints[k].damping;
+    if (damping > 0)
+      result.damping_impulse[k] =
+          in.axes.mass.row(i).dot(now - start) - pushed[i] - (impulse[i] + h * damping * start[i]);
   }
   return now;
 }

@@ -25,13 +25,15 @@ struct FreeBodyState {
   JointLoad bearing;                                   // N, N m by the parent over the last step
 };
 
-// [kMaxJoints] each: m or rad; m/s or rad/s; N s or N m s. The last three rates of a body that
-// turns freely are its angular velocity relative to the parent, in the parent's axes.
+// [kMaxJoints] each: m or rad; m/s or rad/s; N s or N m s; J. The last three rates of a body that
+// turns freely are its angular velocity relative to the parent, in the parent's axes. Mechanisms
+// alone use the last member.
 struct FreeBodyMotion {
   double* coordinate;
   double* rate;
   double* motor_impulse;
   double* limit_impulse;
+  double* dissipated_friction;
 };
 
 // Which joints are held by friction, a motor or a limit.
@@ -39,6 +41,7 @@ using HeldAxes = std::array<bool, kMaxJoints>;
 struct KickResult {
   bool driven = false;  // a motor acted
   HeldAxes held = {};
+  std::array<double, kMaxJoints> friction_impulse = {}, damping_impulse = {};  // N s or N m s
 };
 
 // Advances the rates by the forces of half a step of `dt` s. The body's origin at t = 0 is `origin`

@@ -12,24 +12,35 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr int kMostSweeps = 200;
+// What the couplings hold is not active: its mobility is below this part of that without couplings.
+constexpr double kHeldByCouplings = 1e-12;
 
 }  // namespace
 
 JointImpulses::JointImpulses(std::vector<std::vector<BoundedImpulse>> bounds,
-                             const MatrixXd& mobility, const MatrixXd& free_mobility)
+                             const std::vector<DirectedImpulse>& directed, const MatrixXd& mobility,
+                             const MatrixXd& free_mobility)
     : bounds_(std::move(bounds)),
       mobility_(mobility),
       solutions_(bounds_.size()),
       impulses_(VectorXd::Zero(mobility.rows())) {
   for (std::size_t i = 0; i < bounds_.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
-    // Coordinates that the couplings hold are not active.
-    if (!bounds_[i].empty() && mobility(k, k) > 1e-12 * free_mobility(k, k)) active_.push_back(i);
+    if (!bounds_[i].empty() && mobility(k, k) > kHeldByCouplings * free_mobility(k, k))
+      active_.push_back(i);
+  }
+  for (const DirectedImpulse& one : directed) {
+    const VectorXd response = mobility * one.direction;
+    const double own = one.direction.dot(response),
+                 free = one.direction.dot(VectorXd(free_mobility * one.direction));
+    if (own > kHeldByCouplings * free)
+      directions_.push_back({one.direction, response, own, {one.bound}, {}});
   }
 }
 
 void JointImpulses::apply(VectorXd& rates, double small) {
   rates += mobility_ * impulses_;
+  for (const Direction& one : directions_) rates += one.response * one.solution.impulse;
   for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
     double change = 0;
     for (const std::size_t i : active_) {
@@ -41,15 +52,30 @@ void JointImpulses::apply(VectorXd& rates, double small) {
       rates += mobility_.col(k) * more;
       change = std::max(change, std::abs(w * more));
     }
+    for (Direction& one : directions_) {
+      const double w = one.mobility, before = one.solution.impulse;
+      one.solution = balance(one.direction.dot(rates) - w * before, w, one.bounds);
+      const double more = one.solution.impulse - before;
+      rates += one.response * more;
+      change = std::max(change, std::abs(w * more));
+    }
     if (change <= small) break;
   }
   for (const std::size_t i : active_)  // removes rounding errors
     if (solutions_[i].held) rates[static_cast<Eigen::Index>(i)] = solutions_[i].rate;
 }
 
+VectorXd JointImpulses::impulses() const {
+  VectorXd all = impulses_;
+  for (const Direction& one : directions_) all += one.direction * one.solution.impulse;
+  return all;
+}
+
 void JointImpulses::share() const {
   for (const std::size_t i : active_)
     share_impulse(solutions_[i], impulses_[static_cast<Eigen::Index>(i)], bounds_[i]);
+  for (const Direction& one : directions_)
+    share_impulse(one.solution, one.solution.impulse, one.bounds);
 }
 
 // Finds the rate u = u0 + w p of a coordinate whose impulse p is the sum of `impulses` at that

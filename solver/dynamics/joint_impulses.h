@@ -1,4 +1,5 @@
-// Impulses within bounds on the coordinates of a mechanism: friction, motors and limits of joints.
+// Impulses within bounds on the coordinates of a mechanism: friction, motors and limits of joints,
+// friction of couplings.
 #pragma once
 
 #include <Eigen/Dense>
@@ -16,27 +17,43 @@ struct BoundedImpulse {
   double* given = nullptr;      // share() adds the impulse to it; null: not recorded
 };
 
-// Solves for the bounded impulses of all coordinates by projected Gauss-Seidel: one coordinate
+// A bounded impulse along a direction in the space of the coordinates: of a coupling, whose rate is
+// a linear function of all rates. It drives that rate towards `bound.at`.
+struct DirectedImpulse {
+  Eigen::VectorXd direction;  // [n] rate of the coupling for a unit rate of each coordinate
+  BoundedImpulse bound;
+};
+
+// Solves for the bounded impulses of all coordinates and directions by projected Gauss-Seidel: one
 // after the other, until no impulse changes.
 class JointImpulses {
  public:
   // `bounds`: [n] impulses on each coordinate, in ascending order of `at`. `mobility`: [n x n]
   // change of the rates per impulse along the coordinates, with couplings; it must outlive this
   // object. `free_mobility`: the same matrix without couplings.
-  JointImpulses(std::vector<std::vector<BoundedImpulse>> bounds, const Eigen::MatrixXd& mobility,
+  JointImpulses(std::vector<std::vector<BoundedImpulse>> bounds,
+                const std::vector<DirectedImpulse>& directed, const Eigen::MatrixXd& mobility,
                 const Eigen::MatrixXd& free_mobility);
 
   // Adds the effect of the impulses to `rates`. Stops when no rate changes by more than `small`.
   void apply(Eigen::VectorXd& rates, double small);
 
-  const Eigen::VectorXd& impulses() const { return impulses_; }
-  // Divides the impulse of each coordinate among its bounded impulses; see BoundedImpulse::given.
+  // [n] along the coordinates, of all bounded impulses.
+  Eigen::VectorXd impulses() const;
+  // Divides the impulse of each coordinate and direction among its bounded impulses; see
+  // BoundedImpulse::given.
   void share() const;
 
  private:
   struct Solution {
     double rate = 0, impulse = 0;
     bool held = false;  // at one of the rates that the impulses hold
+  };
+  struct Direction {
+    Eigen::VectorXd direction, response;  // [n]; change of the rates per impulse
+    double mobility = 0;                  // change of its own rate per impulse
+    std::vector<BoundedImpulse> bounds;   // one
+    Solution solution;
   };
   static Solution balance(double u0, double w, const std::vector<BoundedImpulse>& impulses);
   static void share_impulse(const Solution& solution, double total,
@@ -46,7 +63,8 @@ class JointImpulses {
   const Eigen::MatrixXd& mobility_;
   std::vector<std::size_t> active_;  // coordinates
   std::vector<Solution> solutions_;
-  Eigen::VectorXd impulses_;
+  Eigen::VectorXd impulses_;           // [n] of the coordinates
+  std::vector<Direction> directions_;  // active
 };
 
 }  // namespace firn

@@ -14,6 +14,13 @@ struct JointLoad {
   Vec3 force = Vec3::Zero(), torque = Vec3::Zero();  // N and N m, or N s and N m s
 };
 
+// Work in joints over a half-kick, J, on the bodies that they join. It is the impulse along a
+// coordinate times the mean of its rates before and after the half-kick. With constant masses, the
+// sum over all impulses is exactly the change of the kinetic energy, and a sticking joint has none.
+struct JointWork {
+  double motors = 0, dampers = 0, limits = 0;
+};
+
 // Friction limit, N or N m. `axis`: of the joint, unit. `bearing`: load of the parent on the body
 // through the joint, N, and N m about the frame's origin, in the axes of `axis`.
 double friction_limit(const Joint& joint, const Vec3& axis, const JointLoad& bearing);

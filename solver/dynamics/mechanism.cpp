@@ -27,6 +27,18 @@ constexpr int kMostRepetitions = 200;
 // failure.
 constexpr double kMet = 1e-13, kUnmet = 1e-7;
 
+// The pin or slot of a coupling as a joint with friction.
+Joint bearing_of(const Coupling& coupling) {
+  Joint joint;
+  joint.kind =
+      coupling.kind == Coupling::Kind::slot ? Joint::Kind::translation : Joint::Kind::rotation;
+  joint.direction = coupling.direction;
+  joint.friction = coupling.friction;
+  joint.friction_coefficient = coupling.friction_coefficient;
+  joint.bearing_radius = coupling.bearing_radius;
+  return joint;
+}
+
 }  // namespace
 
 struct Mechanism::Impl {
@@ -39,8 +51,9 @@ struct Mechanism::Impl {
   struct Tie {
     int loop = -1;
     int coordinate_a = -1, coordinate_b = -1;
-    int body_b = -1;  // number in the tree
+    int body_a = -1, body_b = -1;  // numbers in the tree
     std::optional<Cam> cam;
+    std::optional<Joint> bearing;  // of its pin or slot, with the friction
   };
   std::vector<Tie> ties;
   std::vector<std::pair<std::size_t, std::size_t>> joint;  // [coordinates] frame and joint
@@ -74,10 +87,11 @@ struct Mechanism::Impl {
       const Coupling& one = given[static_cast<std::size_t>(c)];
       couplings.push_back(&one);
       Tie tie;
-      const int a = body_number(members, free_frame(all, one.a));
+      tie.body_a = body_number(members, free_frame(all, one.a));
       tie.body_b = body_number(members, free_frame(all, one.b));
+      if (one.has_friction()) tie.bearing = bearing_of(one);
       if (one.ties_joints()) {
-        tie.coordinate_a = tree.coordinate(a, one.joint_a);
+        tie.coordinate_a = tree.coordinate(tie.body_a, one.joint_a);
         tie.coordinate_b = tree.coordinate(tie.body_b, one.joint_b);
         if (one.kind == Coupling::Kind::cam) tie.cam.emplace(one.angles, one.lifts);
       } else {
@@ -206,10 +220,11 @@ struct Mechanism::Impl {
     return tree.generalized_impulses(impulses);
   }
 
-  // Impulses of friction, motors and limits on each coordinate.
+  // Impulses of friction, motors and limits on each coordinate. Those of friction are added to
+  // `friction_impulse` [coordinates] when they are known.
   std::vector<std::vector<BoundedImpulse>> bounded_impulses(const MechanismState& s, HalfKick half,
-                                                            const VectorXd& q,
-                                                            const VectorXd& u) const {
+                                                            const VectorXd& q, const VectorXd& u,
+                                                            VectorXd& friction_impulse) const {
     std::vector<std::vector<BoundedImpulse>> all(joint.size());
     const double h = 0.5 * s.dt;
     for (std::size_t i = 0; i < joint.size(); ++i) {
@@ -218,7 +233,7 @@ struct Mechanism::Impl {
       const auto at = static_cast<Eigen::Index>(i);
       std::vector<BoundedImpulse>& impulses = all[i];
       const double friction = friction_limit(one, world_axis(s, f, one), s.bearings[f]);
-      if (friction > 0) impulses.push_back({0, h * friction, -h * friction, nullptr});
+      if (friction > 0) impulses.push_back({0, h * friction, -h * friction, &friction_impulse[at]});
       for (const Motor* motor : s.motors[f][k]) {
         if (!motor->acts(s.time)) continue;
         impulses.push_back({motor_target_rate(*motor, q[at], s.dt, half),
@@ -248,6 +263,58 @@ struct Mechanism::Impl {
           u * dt + q > one.upper - near && u > 0 && e > 0 ? -e * u : arrives(one.upper);
       impulses.push_back({rate, 0, -kUnbounded, given});
     }
+  }
+
+  // Friction of the pin or slot of a coupling in a half-kick.
+  struct PinFriction {
+    std::size_t coupling = 0;
+    Vec3 axis = Vec3::UnitX();  // unit, axes of the ground
+    VectorXd direction;         // [coordinates] rate of the pin for a unit rate of each
+    double limit = 0;           // N or N m
+    double impulse = 0;         // N s or N m s, on body b
+  };
+  std::vector<PinFriction> pin_friction(const MechanismState& s) const {
+    std::vector<PinFriction> pins;
+    for (std::size_t c = 0; c < ties.size(); ++c) {
+      if (!ties[c].bearing) continue;
+      const Joint& bearing = *ties[c].bearing;
+      PinFriction pin;
+      pin.coupling = c;
+      pin.axis = bearing.direction;
+      if (ties[c].body_a >= 0) pin.axis = tree.pose(ties[c].body_a).rotation * bearing.direction;
+      pin.limit = friction_limit(bearing, s.ground * pin.axis, s.couplings[c]);
+      if (!(pin.limit > 0)) continue;
+      pin.direction = tree.generalized_impulses(pin_loads(c, pin.axis));
+      pins.push_back(std::move(pin));
+    }
+    return pins;
+  }
+  // [bodies] a unit torque about the axis of a pin, or a unit force along a slot, between the
+  // bodies of its coupling.
+  std::vector<TreeLoad> pin_loads(std::size_t coupling, const Vec3& axis) const {
+    const Tie& tie = ties[coupling];
+    const Vec3 at = point(coupling);
+    std::vector<TreeLoad> loads(frames.size());
+    const auto act = [&](int body, double sign) {
+      if (body < 0) return;
+      TreeLoad& load = loads[static_cast<std::size_t>(body)];
+      if (tie.bearing->kind == Joint::Kind::rotation) {
+        load.torque = sign * axis;
+        return;
+      }
+      load.force = sign * axis;
+      load.torque = (at - tree.pose(body).origin).cross(load.force);
+    };
+    act(tie.body_b, 1);
+    act(tie.body_a, -1);
+    return loads;
+  }
+  // They refer to `pins`, which must outlive them.
+  static std::vector<DirectedImpulse> directed_impulses(std::vector<PinFriction>& pins, double h) {
+    std::vector<DirectedImpulse> out;
+    for (PinFriction& pin : pins)
+      out.push_back({pin.direction, {0, h * pin.limit, -h * pin.limit, &pin.impulse}});
+    return out;
   }
 
   // Equations of a half-kick: resists u = known + h f(q, u) + g^T l, with the bounded impulses.
@@ -329,10 +396,13 @@ struct Mechanism::Impl {
     return out;
   }
 
-  std::vector<JointLoad> kick(const MechanismState& s, HalfKick half) {
+  MechanismKick kick(const MechanismState& s, HalfKick half) {
     const KickEquations e = kick_equations(s, half);
     const MatrixXd tied_mobility = e.mobility - e.along * e.constraint.solve(e.along.transpose());
-    JointImpulses holds(bounded_impulses(s, half, e.q, e.start), tied_mobility, e.mobility);
+    JointForces given{VectorXd::Zero(e.q.size()), gather(s, &FreeBodyMotion::motor_impulse),
+                      gather(s, &FreeBodyMotion::limit_impulse), pin_friction(s)};
+    JointImpulses holds(bounded_impulses(s, half, e.q, e.start, given.friction),
+                        directed_impulses(given.pins, 0.5 * s.dt), tied_mobility, e.mobility);
     const KickSolution solution = solve_kick(s, half, e, holds);
     holds.share();
     tree.place(e.q, solution.u);
@@ -340,6 +410,50 @@ struct Mechanism::Impl {
         e.along.transpose() * (e.resists * solution.u - solution.applied - holds.impulses()));
     scatter(s, &FreeBodyMotion::coordinate, solution.end);
     scatter(s, &FreeBodyMotion::rate, solution.u);
+    MechanismKick out{coupling_loads(s, multipliers), std::vector<double>(ties.size()), {}};
+    add_joint_forces(s, half, e.start, solution.u, given, out);
+    return out;
+  }
+
+  // Impulses of a half-kick along the coordinates [coordinates], N s or N m s; motors and limits:
+  // their sums in the state before it.
+  struct JointForces {
+    VectorXd friction, motors_before, limits_before;
+    std::vector<PinFriction> pins;
+  };
+  // Work of the impulses of a half-kick that changed the rates from `start` to `u`, and the
+  // friction of couplings as loads on their bodies b.
+  void add_joint_forces(const MechanismState& s, HalfKick half, const VectorXd& start,
+                        const VectorXd& u, const JointForces& given, MechanismKick& out) const {
+    const VectorXd mean = 0.5 * (start + u);
+    for (std::size_t i = 0; i < joint.size(); ++i) {
+      const auto at = static_cast<Eigen::Index>(i);
+      s.motion[joint[i].first].dissipated_friction[joint[i].second] -=
+          given.friction[at] * mean[at];
+    }
+    for (const PinFriction& pin : given.pins) {
+      JointLoad& load = out.couplings[pin.coupling];
+      const bool turns = ties[pin.coupling].bearing->kind == Joint::Kind::rotation;
+      (turns ? load.torque : load.force) += s.ground * pin.axis * pin.impulse;
+      out.dissipated_friction[pin.coupling] = -pin.impulse * pin.direction.dot(mean);
+    }
+    const VectorXd motors = gather(s, &FreeBodyMotion::motor_impulse) - given.motors_before,
+                   limits = gather(s, &FreeBodyMotion::limit_impulse) - given.limits_before;
+    out.work.motors = motors.dot(mean);
+    out.work.limits = limits.dot(mean);
+    const VectorXd& damped = half == HalfKick::first ? u : start;
+    out.work.dampers = -0.5 * s.dt * damping.cwiseProduct(damped).dot(mean);
+  }
+
+  // The multipliers that keep the couplings at zero rates, with the forces at rest.
+  std::vector<JointLoad> starting_coupling_loads(const MechanismState& s) {
+    const VectorXd q = gather(s, &FreeBodyMotion::coordinate);
+    tree.place(q, VectorXd::Zero(q.size()));
+    const Eigen::LLT<MatrixXd> mass(mass_matrix());
+    const MatrixXd g = constraint_matrix(q), along = mass.solve(g.transpose());
+    const VectorXd accelerations = mass.solve(forces(s, q));
+    VectorXd multipliers = ConstraintSolver(g * along).solve(g * accelerations);
+    multipliers = -multipliers;
     return coupling_loads(s, multipliers);
   }
 
@@ -404,12 +518,20 @@ Mechanism& Mechanism::operator=(Mechanism&&) noexcept = default;
 
 const MechanismMembers& Mechanism::members() const { return impl_->members; }
 
-std::vector<JointLoad> Mechanism::integrate_positions(const MechanismState& state) {
+MechanismKick Mechanism::integrate_positions(const MechanismState& state) {
   return impl_->kick(state, HalfKick::first);
 }
 
-std::vector<JointLoad> Mechanism::second_kick(const MechanismState& state) {
+MechanismKick Mechanism::second_kick(const MechanismState& state) {
   return impl_->kick(state, HalfKick::second);
+}
+
+bool Mechanism::has_coupling_friction() const {
+  return std::ranges::any_of(impl_->ties, [](const auto& tie) { return tie.bearing.has_value(); });
+}
+
+std::vector<JointLoad> Mechanism::starting_coupling_loads(const MechanismState& state) {
+  return impl_->starting_coupling_loads(state);
 }
 
 Vec3 Mechanism::coupling_point(std::size_t coupling, const MechanismState& state) const {

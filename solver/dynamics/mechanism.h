@@ -7,7 +7,9 @@
 //   M(q0) (u - u0) = dt/2 f(q0, u) + G(q0)^T l0,   q1 = q0 + dt u,   c(q1) = 0,
 //   M(q1) (u1 - u) = dt/2 f(q1, u) + G(q1)^T l1,   G(q1) u1 = 0.
 // Friction, motors and limits of the joints are impulses within their bounds in both halves, such
-// that sticking joints do not move and driven joints have exactly their target speed.
+// that sticking joints do not move and driven joints have exactly their target speed. The friction
+// of a coupling is such an impulse, too, along the rate of its pin or slot, which is a linear
+// function of all rates; a sticking pin is at rest to rounding.
 #pragma once
 
 #include <memory>
@@ -26,12 +28,23 @@ struct MechanismState {
   Vec3 ground_angular_velocity = Vec3::Zero();  // rad/s
   // Of the ground since the last step: accelerations times the time step, jumps included.
   Vec3 ground_velocity_change = Vec3::Zero(), ground_angular_velocity_change = Vec3::Zero();
-  Vec3 gravity = Vec3::Zero();         // m/s^2
-  double time = 0, dt = 0;             // s
-  std::vector<JointLoad> loads;        // [frames] N, N m by contacts, about the frame's origin
-  std::vector<JointLoad> bearings;     // [frames] N, N m by the parent over the last step
-  std::vector<FreeBodyMotion> motion;  // [frames]
+  Vec3 gravity = Vec3::Zero();      // m/s^2
+  double time = 0, dt = 0;          // s
+  std::vector<JointLoad> loads;     // [frames] N, N m by contacts, about the frame's origin
+  std::vector<JointLoad> bearings;  // [frames] N, N m by the parent over the last step
+  // [couplings] N, N m about the coupling's point, on its body b over the last step.
+  std::vector<JointLoad> couplings;
+  std::vector<FreeBodyMotion> motion;                          // [frames]
   std::vector<std::vector<std::vector<const Motor*>>> motors;  // [frames][joints]
+};
+
+// What the couplings and joints of a mechanism have done in a half-kick.
+struct MechanismKick {
+  // [couplings] on body b: N s, and N m s about the coupling's point; of a gear or cam, along
+  // joint_b. Friction is included.
+  std::vector<JointLoad> couplings;
+  std::vector<double> dissipated_friction;  // [couplings] J
+  JointWork work;
 };
 
 class Mechanism {
@@ -47,11 +60,16 @@ class Mechanism {
   const MechanismMembers& members() const;
 
   // The first half kick and the drift; the second half-kick at the new pose. They change
-  // coordinates, rates and impulses of state.motion. Return what each coupling of the members has
-  // done to its body b: N s, and N m s about its point; of a gear or cam, along joint_b. Throw
-  // RunError when the couplings cannot be met any more.
-  std::vector<JointLoad> integrate_positions(const MechanismState& state);
-  std::vector<JointLoad> second_kick(const MechanismState& state);
+  // coordinates, rates, impulses and dissipated energies of state.motion. Throw RunError when the
+  // couplings cannot be met any more.
+  MechanismKick integrate_positions(const MechanismState& state);
+  MechanismKick second_kick(const MechanismState& state);
+  // True when a coupling has friction.
+  bool has_coupling_friction() const;
+  // [couplings] N, N m: loads of the couplings on their bodies b for the friction of the first
+  // step, from the coordinates and loads of `state`: those of the weights as the bodies start to
+  // move from rest without friction, motors and limits.
+  std::vector<JointLoad> starting_coupling_loads(const MechanismState& state);
   // m, world: the point of a coupling as its body b carries it, against the ground's origin, at the
   // start of the last kick.
   Vec3 coupling_point(std::size_t coupling, const MechanismState& state) const;

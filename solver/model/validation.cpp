@@ -82,6 +82,19 @@ void check_frames(const Model& model) {
   }
 }
 
+void check_coupling_friction(const Coupling& c) {
+  const auto fail = [&](const std::string& what) {
+    throw InputError("couplings." + c.name + ": " + what);
+  };
+  using Kind = Coupling::Kind;
+  if (!(c.friction >= 0) || !(c.friction_coefficient >= 0))
+    fail("has a negative friction; expected at least 0");
+  if (c.has_friction() && (c.ties_joints() || c.kind == Kind::weld))
+    fail("has friction without a pin or slot; expected a ball, hinge or slot");
+  if (c.friction_coefficient > 0 && c.kind != Kind::slot && !(c.bearing_radius > 0))
+    fail("has a friction coefficient without a bearing radius; expected both");
+}
+
 void check_couplings(const Model& model) {
   const int frames = static_cast<int>(model.frames.size());
   for (const Coupling& c : model.couplings) {
@@ -90,6 +103,7 @@ void check_couplings(const Model& model) {
     };
     if (c.a < -1 || c.b < -1 || c.a >= frames || c.b >= frames)
       fail("ties frames that do not exist");
+    check_coupling_friction(c);
     if (!c.ties_joints()) continue;
     const auto has_joint = [&](int frame, int joint) {
       if (frame < 0 || !model.frames[static_cast<std::size_t>(frame)].free) return false;

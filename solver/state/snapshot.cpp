@@ -13,7 +13,7 @@ namespace firn {
 
 namespace {
 
-constexpr std::uint64_t kMagic = 0x4e52494600000009;  // "FIRN" and the layout's version
+constexpr std::uint64_t kMagic = 0x4e5249460000000a;  // "FIRN" and the layout's version
 
 // The same walk over the state writes and reads it.
 class Writer {
@@ -144,6 +144,7 @@ void walk(Archive& ar, S& s) {
   ar.value(s.boundary_work);
   ar.value(s.removed_energy);
   ar.value(s.lost_in_bonds);
+  ar.value(s.free_bodies);
   ar.value(s.lowest_energy);
   ar.value(s.largest_kinetic);
   ar.value(s.energy_known);

@@ -40,15 +40,16 @@ struct FrameMotion {
   Vec3 angular_velocity = Vec3::Zero();              // rad/s, world
   Vec3 velocity_change = Vec3::Zero();  // changes of both velocities since the previous step
   Vec3 angular_velocity_change = Vec3::Zero();
-  Vec3 impulse = Vec3::Zero();            // N s, by contacts since the last clearing
-  Vec3 angular_impulse = Vec3::Zero();    // N m s, about the moving origin
-  double coordinate[kMaxJoints] = {};     // m or rad, of the axes
-  double rate[kMaxJoints] = {};           // m/s or rad/s; the last three of a body that turns
-                                          // freely: its angular velocity relative to the
-                                          // parent, in the parent's axes
-  double motor_impulse[kMaxJoints] = {};  // N s or N m s, by motors
-  double limit_impulse[kMaxJoints] = {};  // and by hard stops, both since they were cleared
-  double driven = 0;                      // 1: a motor acted in the last step
+  Vec3 impulse = Vec3::Zero();                  // N s, by contacts since the last clearing
+  Vec3 angular_impulse = Vec3::Zero();          // N m s, about the moving origin
+  double coordinate[kMaxJoints] = {};           // m or rad, of the axes
+  double rate[kMaxJoints] = {};                 // m/s or rad/s; the last three of a body that turns
+                                                // freely: its angular velocity relative to the
+                                                // parent, in the parent's axes
+  double motor_impulse[kMaxJoints] = {};        // N s or N m s, by motors
+  double limit_impulse[kMaxJoints] = {};        // and by hard stops, both since they were cleared
+  double dissipated_friction[kMaxJoints] = {};  // J, since the start
+  double driven = 0;                            // 1: a motor acted in the last step
 };
 
 // Two bodies that may touch before the neighbor list is rebuilt.
@@ -93,9 +94,10 @@ struct BoundaryContactHistory {
   double test_distance = -1;  // m of relative motion at which contacts are searched again; -1: now
   double gap = 0;             // m, least, as of the last search
   Vec3 force = Vec3::Zero();  // N, on boundary a, at `time`
-  Vec3 impulse = Vec3::Zero();                // N s, since it was cleared
-  double peak_normal_force = 0;               // N, since then
-  double work_normal = 0, work_friction = 0;  // J taken from the bodies
+  Vec3 moment_a = Vec3::Zero(), moment_b = Vec3::Zero();  // N m, on each, about its origin
+  Vec3 impulse = Vec3::Zero();                            // N s, since it was cleared
+  double peak_normal_force = 0;                           // N, since then
+  double work_normal = 0, work_friction = 0;              // J taken from the bodies
   std::uint64_t patch_count = 0, point_count = 0;
 };
 
@@ -113,6 +115,18 @@ struct CouplingReaction {
   Vec3 position = Vec3::Zero();                                 // m, world
   Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();  // N s, N m s, since cleared
   Vec3 half_impulse = Vec3::Zero(), half_angular_impulse = Vec3::Zero();  // of the last half kick
+  Vec3 force = Vec3::Zero(), torque = Vec3::Zero();  // N, N m about the point, over the last step
+  double dissipated_friction = 0;                    // J, since the start
+};
+
+// Work on free bodies and losses in their joints, J since the start. All members have the same
+// alignment.
+struct FreeBodyAccount {
+  double motors = 0;    // work of motors
+  double contacts = 0;  // work of all contacts on free bodies, without what contacts between
+                        // boundaries do to both of their boundaries
+  double carriers = 0;  // work of frames with prescribed motions through joints and couplings
+  double dampers = 0, limits = 0;  // dissipated in joints
 };
 
 struct State {
@@ -168,8 +182,9 @@ struct State {
   double work_normal = 0,
          work_friction = 0;    // J taken from bodies: stored in contacts or dissipated
   double work_boundaries = 0;  // J, part of work_normal and work_friction at boundaries
-  double boundary_work = 0, removed_energy = 0;   // J
-  double lost_in_bonds = 0;                       // J
+  double boundary_work = 0, removed_energy = 0;  // J
+  double lost_in_bonds = 0;                      // J
+  FreeBodyAccount free_bodies;
   double lowest_energy = 0, largest_kinetic = 0;  // J
   bool energy_known = false;
   Diagnostics diagnostics;

@@ -194,6 +194,8 @@ void apply(const Model& model, State& s, const BoundaryContact& contact,
     normal += load.force;
   }
   memory.force = force;
+  memory.moment_a = moment_a;
+  memory.moment_b = moment_b;
   memory.impulse += force * dt;
   memory.peak_normal_force = std::max(memory.peak_normal_force, normal);
   const auto add = [&](std::size_t boundary, const Vec3& f, const Vec3& moment) {
@@ -225,6 +227,8 @@ void boundary_contacts(const Model& model, Workspace& w, State& s) {
     first_patch += memory.patch_count;
     first_point += memory.point_count;
     memory.force.setZero();
+    memory.moment_a.setZero();
+    memory.moment_b.setZero();
     const auto present = [&](int b) {
       return s.boundary_present[static_cast<std::size_t>(b)] != 0;
     };

@@ -1,6 +1,7 @@
 #include "solver/step/joint_reactions.h"
 
 #include "solver/step/frame_poses.h"
+#include "solver/step/free_body_energy.h"
 
 namespace firn {
 
@@ -59,6 +60,8 @@ void record_reactions(const Model& model, State& s, const std::vector<FrameMotio
     const bool is_known = s.joint_reactions[f].known > 0;
     const JointLoad own = other_impulse(model, *frame.free, frame.origin, loads[f], before[f],
                                         s.frames[f], s.joint_reactions[f]);
+    add_carrier_work(before, f, members.ground,
+                     is_known ? own : starting_impulse(model, before, f, s.joint_reactions[f]), s);
     if (!is_known) continue;
     borne[f].force += own.force;
     borne[f].torque += own.torque;

@@ -8,6 +8,7 @@
 #include "solver/dynamics/free_body.h"
 #include "solver/state/workspace.h"
 #include "solver/step/frame_poses.h"
+#include "solver/step/free_body_energy.h"
 #include "solver/step/joint_reactions.h"
 
 namespace firn {
@@ -117,7 +118,13 @@ FreeBodyState free_body_state(const Model& model, const State& s,
 }
 
 FreeBodyMotion coordinates(FrameMotion& m) {
-  return {m.coordinate, m.rate, m.motor_impulse, m.limit_impulse};
+  return {m.coordinate, m.rate, m.motor_impulse, m.limit_impulse, m.dissipated_friction};
+}
+
+void add_joint_work(const JointWork& work, FreeBodyAccount& account) {
+  account.motors += work.motors;
+  account.dampers -= work.dampers;
+  account.limits -= work.limits;
 }
 
 // Collects the motors of a joint, from the model and from stages.
@@ -131,6 +138,20 @@ void gather_motors(const Model& model, const State& s, std::size_t f, std::size_
   }
 }
 
+// Adds the work in the joints of a body in a half-kick that changed its motion from `before`.
+void add_kick_work(const FreeBody& body, const FrameMotion& before, const KickResult& result,
+                   FrameMotion& motion, FreeBodyAccount& account) {
+  JointWork work;
+  for (std::size_t k = 0; k < body.joints.size(); ++k) {
+    const double mean = 0.5 * (before.rate[k] + motion.rate[k]);
+    motion.dissipated_friction[k] -= result.friction_impulse[k] * mean;
+    work.motors += (motion.motor_impulse[k] - before.motor_impulse[k]) * mean;
+    work.dampers += result.damping_impulse[k] * mean;
+    work.limits += (motion.limit_impulse[k] - before.limit_impulse[k]) * mean;
+  }
+  add_joint_work(work, account);
+}
+
 HeldAxes kick(const Model& model, State& s, const std::vector<FrameMotion>& parents, std::size_t f,
               const BodyLoad& load, HalfKick half, BoundaryMotionScratch& scratch) {
   const MotionFrame& frame = model.frames[f];
@@ -138,12 +159,14 @@ HeldAxes kick(const Model& model, State& s, const std::vector<FrameMotion>& pare
   for (std::size_t k = 0; k < frame.free->joints.size(); ++k)
     gather_motors(model, s, f, k, motors[k]);
   FrameMotion& motion = s.frames[f];
+  const FrameMotion before = motion;
   const FreeBodyState scene = free_body_state(model, s, parents, f, load);
   KickResult result = integrate_free_body(*frame.free, frame.origin, motors.data(), scene, s.time,
                                           model.timestep, half, coordinates(motion));
   motion.driven = result.driven ? 1 : 0;
   apply_joint_limits(*frame.free, frame.origin, scene, half == HalfKick::first ? model.timestep : 0,
                      coordinates(motion), result.held);
+  add_kick_work(*frame.free, before, result, motion, s.free_bodies);
   return result.held;
 }
 
@@ -201,7 +224,35 @@ MechanismState mechanism_state(const Model& model, State& s,
     for (std::size_t k = 0; k < joints; ++k)
       gather_motors(model, s, static_cast<std::size_t>(f), k, motors[k]);
   }
+  for (const int c : members.couplings) {
+    const CouplingReaction& memory = s.couplings[static_cast<std::size_t>(c)];
+    at.couplings.push_back({memory.force, memory.torque});
+  }
   return at;
+}
+
+// Sets the loads of the couplings for the friction of the first step.
+void start_coupling_loads(Mechanism& mechanism, MechanismState& at, State& s) {
+  at.couplings = mechanism.starting_coupling_loads(at);
+  for (std::size_t c = 0; c < at.couplings.size(); ++c) {
+    CouplingReaction& memory =
+        s.couplings[static_cast<std::size_t>(mechanism.members().couplings[c])];
+    memory.force = at.couplings[c].force;
+    memory.torque = at.couplings[c].torque;
+  }
+}
+
+// Adds the impulses of a half-kick on the body b of a coupling.
+void add_coupling_impulse(const JointLoad& impulse, HalfKick half, CouplingReaction& memory) {
+  memory.impulse += impulse.force;
+  memory.angular_impulse += impulse.torque;
+  if (half == HalfKick::first) {  // both halves act between the last two velocities
+    memory.half_impulse += impulse.force;
+    memory.half_angular_impulse += impulse.torque;
+  } else {
+    memory.half_impulse = impulse.force;
+    memory.half_angular_impulse = impulse.torque;
+  }
 }
 
 // Makes a half-kick of a mechanism, and after the first one also the drift of its coordinates.
@@ -210,9 +261,13 @@ void kick_mechanism(const Model& model, State& s, const std::vector<FrameMotion>
                     Mechanism& mechanism, HalfKick half, std::vector<BodyLoad>& loads) {
   const MechanismMembers& members = mechanism.members();
   gather_loads(model, s, members, loads);
-  const MechanismState at = mechanism_state(model, s, grounds, loads, members);
-  const std::vector<JointLoad> by_couplings =
-      half == HalfKick::first ? mechanism.integrate_positions(at) : mechanism.second_kick(at);
+  const bool is_first = half == HalfKick::first;
+  MechanismState at = mechanism_state(model, s, grounds, loads, members);
+  if (is_first && s.steps == 0 && mechanism.has_coupling_friction())
+    start_coupling_loads(mechanism, at, s);
+  const MechanismKick result =
+      is_first ? mechanism.integrate_positions(at) : mechanism.second_kick(at);
+  add_joint_work(result.work, s.free_bodies);
   for (std::size_t f = 0; f < members.frames.size(); ++f) {
     const auto acts = [&](const Motor* motor) { return motor->acts(s.time); };
     const auto any = [&](const auto& motors) { return std::ranges::any_of(motors, acts); };
@@ -225,15 +280,11 @@ void kick_mechanism(const Model& model, State& s, const std::vector<FrameMotion>
   for (std::size_t c = 0; c < members.couplings.size(); ++c) {
     CouplingReaction& memory = s.couplings[static_cast<std::size_t>(members.couplings[c])];
     memory.position = ground + mechanism.coupling_point(c, at);
-    memory.impulse += by_couplings[c].force;
-    memory.angular_impulse += by_couplings[c].torque;
-    if (half == HalfKick::first) {  // both halves act between the last two velocities
-      memory.half_impulse += by_couplings[c].force;
-      memory.half_angular_impulse += by_couplings[c].torque;
-    } else {
-      memory.half_impulse = by_couplings[c].force;
-      memory.half_angular_impulse = by_couplings[c].torque;
-    }
+    memory.dissipated_friction += result.dissipated_friction[c];
+    add_coupling_impulse(result.couplings[c], half, memory);
+    if (!is_first || s.steps == 0) continue;
+    memory.force = memory.half_impulse / model.timestep;
+    memory.torque = memory.half_angular_impulse / model.timestep;
   }
 }
 
@@ -292,6 +343,8 @@ void advance_frame(const Model& model, State& s, std::size_t f, bool is_member,
   const JointLoad other = other_impulse(model, *frame.free, frame.origin, load, before[f], motion,
                                         s.joint_reactions[f]);
   if (is_known) record_reaction(other, dt, s.joint_reactions[f]);
+  add_carrier_work(before, f, frame.parent,
+                   is_known ? other : starting_impulse(model, before, f, s.joint_reactions[f]), s);
 }
 
 void advance_boundary(const Model& model, State& s, std::size_t b, BoundaryMotionScratch& scratch) {
@@ -341,6 +394,7 @@ void advance_boundaries(const Model& model, Workspace& w, State& s) {
   for (const Mechanism& mechanism : w.mechanisms)
     record_reactions(model, s, scratch.frames, scratch.loads, mechanism);
   for (std::size_t b = 0; b < model.boundaries.size(); ++b) advance_boundary(model, s, b, scratch);
+  add_contact_work(model, scratch.frames, s);
 }
 
 BodyLoad load_on_frame(const Model& model, const State& s, int frame) {
@@ -349,6 +403,7 @@ BodyLoad load_on_frame(const Model& model, const State& s, int frame) {
 }
 
 void finish_frames(const Model& model, Workspace& w, State& s) {
+  add_contact_work(model, w.boundary_motion.frames, s);
   for (std::size_t f = 0; f < model.frames.size(); ++f) {
     const BodyLoad load = load_on_frame(model, s, static_cast<int>(f));
     if (const int of = w.mechanism_of[f]; of >= 0) {

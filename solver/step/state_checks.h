@@ -14,7 +14,7 @@ bool is_check_step(const State& state);
 // Throws RunError for non-finite motion or an unexplained rise of the energy.
 void check_state(const Model& model, const Workspace& workspace, State& state);
 
-// Energy of the present state, J.
+// Energy of the particles in the present state, J. `free_bodies` of the result stays zero.
 Energy energy_of(const Model& model, const Workspace& workspace, const State& state);
 // Kinetic plus gravitational energy of one particle, J.
 double particle_energy(const Model& model, const Workspace& workspace, const State& state,

@@ -106,11 +106,34 @@ position = "0 0 0.6 m"
 mass = "10 g"
 center = "0 0.05 0.6 m"
 inertia = "1e-5 1e-5 1e-5 kg m^2"
-joints = [{ kind = "rotation", direction = [1, 0, 0] }]
+joints = [{ kind = "rotation", direction = [1, 0, 0], friction = "1e-9 N m" }]
+[[motion_frames]]
+name = "link"
+position = "0 0 0.9 m"
+[motion_frames.free]
+mass = "5 g"
+center = "0.02 0 0.9 m"
+inertia = "1e-6 1e-6 1e-6 kg m^2"
+[[motion_frames.free.joints]]
+kind = "translation"
+direction = [1, 0, 0]
+[[motion_frames.free.joints]]
+kind = "translation"
+direction = [0, 0, 1]
+[[motion_frames.free.joints]]
+kind = "rotation"
+direction = [0, 1, 0]
 [[couplings]]
 kind = "gear"
 between = ["arm", "hammer"]
 ratio = "100 rad/m"
+[[couplings]]
+kind = "ball"
+between = ["world", "link"]
+position = "0 0 0.9 m"
+direction = [0, 1, 0]
+friction_coefficient = 0.2
+bearing_radius = "2 mm"
 
 [[boundaries]]
 name = "floor"

@@ -46,6 +46,42 @@ void read_cam(const TomlTable& t, bool follower_turns, Coupling& c) {
     t.fail("angles", "span a turn or more; expected less, as the first one follows on the last");
 }
 
+// Keys of the friction of a coupling of this kind.
+std::vector<std::string_view> friction_keys(Coupling::Kind kind) {
+  switch (kind) {
+    case Coupling::Kind::ball:
+      return {"direction", "friction", "friction_coefficient", "bearing_radius"};
+    case Coupling::Kind::hinge:
+      return {"friction", "friction_coefficient", "bearing_radius"};
+    case Coupling::Kind::slot:
+      return {"friction", "friction_coefficient"};
+    default:
+      return {};
+  }
+}
+
+// Friction of a pin or slot. Not filled in where it is left out. The axis of a hinge or slot has
+// been read before.
+void read_coupling_friction(const TomlTable& t, Coupling& c) {
+  const bool slides = c.kind == Coupling::Kind::slot, has = t.has("friction_coefficient");
+  if (t.has("friction"))
+    c.friction =
+        t.quantity("friction", slides ? dimension::force : dimension::torque, Sign::non_negative);
+  if (!has && t.has("bearing_radius"))
+    t.fail("bearing_radius", "has no use; expected a friction_coefficient with it");
+  if (has) {
+    c.friction_coefficient = t.number("friction_coefficient");
+    if (!(c.friction_coefficient >= 0))
+      t.fail("friction_coefficient", "is negative; expected at least 0");
+    if (!slides) c.bearing_radius = t.quantity("bearing_radius", dimension::length, Sign::positive);
+  }
+  if (c.kind != Coupling::Kind::ball) return;
+  if (has || t.has("friction"))
+    c.direction = t.direction("direction");
+  else if (t.has("direction"))
+    t.fail("direction", "has no use without friction; expected both or none");
+}
+
 // Key of a coupling of joints, with its dimension: of the second joint over the first.
 double read_ratio(const TomlTable& t, bool first_turns, bool second_turns) {
   const Dimension per_angle{1, 0, 0, -1}, per_length{-1, 0, 0, 1};
@@ -99,13 +135,15 @@ std::vector<Coupling> read_couplings(const TomlTable& root,
       const bool has_axis = kind == "hinge" || kind == "slot";
       keys.emplace_back("position");
       if (has_axis) keys.emplace_back("direction");
-      t.allow(keys);
       c.kind = kind == "ball"    ? Coupling::Kind::ball
                : kind == "hinge" ? Coupling::Kind::hinge
                : kind == "weld"  ? Coupling::Kind::weld
                                  : Coupling::Kind::slot;
+      for (const std::string_view key : friction_keys(c.kind)) keys.push_back(key);
+      t.allow(keys);
       c.position = t.vector("position", dimension::length);
       if (has_axis) c.direction = t.direction("direction");
+      read_coupling_friction(t, c);
     }
     couplings.push_back(std::move(c));
   }

@@ -132,6 +132,12 @@ int coupling_index(const TomlTable& t, const Model& model) {
   return named_index(t, "coupling", model.couplings, "coupling");
 }
 
+// Results have the energy that friction dissipates only where there is friction.
+void require_friction(const TomlTable& t, const Measure& m, bool has_friction) {
+  if (m.y == "dissipated_friction" && !has_friction)
+    t.fail("y", "is \"dissipated_friction\" of a part without friction; expected another one");
+}
+
 void read_curve(const TomlTable& t, const Model& model, double frame_interval, Measure& m) {
   t.allow({"kind", "name", "boundary", "motion_frame", "boundary_contact", "coupling", "axis", "x",
            "y", "points", "cfc"});
@@ -151,7 +157,8 @@ void read_curve(const TomlTable& t, const Model& model, double frame_interval, M
     m.coupling = coupling_index(t, model);
     if (t.has("axis")) t.fail("axis", "is given without motion_frame; expected no axis");
     m.x = t.choice("x", {"time"}, "time");
-    m.y = t.choice("y", {"force", "torque"});
+    m.y = t.choice("y", {"force", "torque", "dissipated_friction"});
+    require_friction(t, m, model.couplings[static_cast<std::size_t>(m.coupling)].has_friction());
   } else {
     m.frame = frame_index(t, "motion_frame", model.frames);
     m.axis = t.integer("axis", 0, 0);
@@ -163,8 +170,9 @@ void read_curve(const TomlTable& t, const Model& model, double frame_interval, M
                          m.axis, model.frames[static_cast<std::size_t>(m.frame)].name,
                          free ? free->joints.size() : 0));
     m.x = t.choice("x", {"time", "coordinate"}, "time");
-    m.y = t.choice("y",
-                   {"coordinate", "rate", "acceleration", "motor_load", "force", "reaction_force"});
+    m.y = t.choice("y", {"coordinate", "rate", "acceleration", "motor_load", "force",
+                         "reaction_force", "dissipated_friction"});
+    require_friction(t, m, std::ranges::any_of(free->joints, &Joint::has_friction));
   }
   m.points = t.integer("points", 2, 500);
   if (m.points > 20000) t.fail("points", "are too many for a response; expected 20000 at most");

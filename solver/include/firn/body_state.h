@@ -62,6 +62,7 @@ struct FrameState {
     double coordinate = 0, rate = 0;  // m or rad, m/s or rad/s
     // N s or N m s, of motors and of the joint limits, since the last clear_boundary_loads().
     double motor_impulse = 0, limit_impulse = 0;
+    double dissipated_friction = 0;  // J, by the friction of the joint since the start
   };
   std::vector<JointState> joints;  // [joints of a free frame]
   // N s, N m s: reaction of the parent on a free frame through the joint (bearing, springs, motors,
@@ -75,6 +76,7 @@ struct CouplingState {
   // N s, N m s about that point, world, since the last clear_boundary_loads(). Of a gear or cam:
   // along or about the axis of joint_b.
   Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();
+  double dissipated_friction = 0;  // J, by the friction of the coupling since the start
 };
 
 // A contact between two boundaries, at the end of a step.

@@ -5,6 +5,27 @@
 
 namespace firn {
 
+// Of free bodies and of the contacts between boundaries, J; zero without free bodies.
+struct FreeBodyEnergy {
+  double kinetic = 0;           // with the rotors of the joints (Joint::armature)
+  double gravitational = 0;     // relative to the origin of the world
+  double elastic = 0;           // springs of joints
+  double contacts_elastic = 0;  // recoverable energy of contacts between boundaries
+  // Since the start: by friction of joints and couplings, by dampers and limits of joints, and in
+  // the contacts between boundaries.
+  double dissipated_friction = 0, dissipated_damping = 0, dissipated_contacts = 0;
+  // Since the start, done on the free bodies: by motors, by contacts with particles, and by
+  // boundaries and frames with prescribed motions.
+  double work = 0;
+
+  // Constant but for the error of the time step.
+  double balance() const {
+    return kinetic + gravitational + elastic + contacts_elastic + dissipated_friction +
+           dissipated_damping + dissipated_contacts - work;
+  }
+};
+
+// Of the particles, but for the last member.
 struct Energy {  // J
   double kinetic = 0;
   double gravitational = 0;      // relative to the origin of the world
@@ -15,6 +36,7 @@ struct Energy {  // J
   double dissipated_bonds = 0;       // since the start, by damping of bonds and when they break
   double boundary_work = 0;          // done by moving boundaries on the particles since the start
   double removed = 0;  // mechanical energy of removed particles minus that of inserted ones
+  FreeBodyEnergy free_bodies;
 };
 
 // Numerical quality and counters of a run.

@@ -84,6 +84,8 @@ struct Joint {
   double limit_restitution = 0;  // speed after over speed before the impact at a limit
   double armature = 0;           // kg or kg m^2, inertia of a rotor geared to the joint
   std::vector<Motor> motors;
+
+  bool has_friction() const { return friction > 0 || friction_coefficient > 0; }
 };
 
 // A rigid body that moves along its joints under gravity, contacts, springs and motors.
@@ -125,8 +127,12 @@ struct Coupling {
   // Of a cam: rad, ascending within one revolution, and m or rad; repeated in every revolution. The
   // lift at the angle 0 is 0, as at t = 0.
   std::vector<double> angles, lifts;
+  // Friction as of Joint, with the force of the coupling as load: of a ball or hinge against the
+  // turn about `direction`, which is fixed to a, and of a slot against the motion along it.
+  double friction = 0, friction_coefficient = 0, bearing_radius = 0;
 
   bool ties_joints() const { return kind == Kind::gear || kind == Kind::cam; }
+  bool has_friction() const { return friction > 0 || friction_coefficient > 0; }
 };
 
 // True when `frame` is `above` or a descendant of it. -1: the world, which has no parent.

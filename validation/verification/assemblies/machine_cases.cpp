@@ -9,8 +9,9 @@
 
 namespace firn::verification {
 
-std::vector<VerificationCase> drive_cases();    // drive_cases.cpp
-std::vector<VerificationCase> linkage_cases();  // linkage_cases.cpp
+std::vector<VerificationCase> drive_cases();             // drive_cases.cpp
+std::vector<VerificationCase> linkage_cases();           // linkage_cases.cpp
+std::vector<VerificationCase> linkage_friction_cases();  // linkage_friction_cases.cpp
 
 namespace {
 
@@ -272,7 +273,8 @@ std::vector<VerificationCase> machine_cases() {
                     "mu = l / h on",
        .remark = "l and h: of the tip from the hinge, along the slide and across it.",
        .run = arm}};
-  for (std::vector<VerificationCase> more : {drive_cases(), linkage_cases()})
+  for (std::vector<VerificationCase> more :
+       {drive_cases(), linkage_cases(), linkage_friction_cases()})
     all.insert(all.end(), std::make_move_iterator(more.begin()),
                std::make_move_iterator(more.end()));
   return all;
