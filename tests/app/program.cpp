@@ -6,35 +6,17 @@
 
 #include <algorithm>
 #include <fstream>
-#include <iterator>
-#include <stdexcept>
+
+#include "experiments/system/input_file.h"
 
 namespace firn::cli {
-
-namespace fs = std::filesystem;
-
-std::string read_text(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
 
 std::size_t lines(const std::string& text) {
   return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
 }
 
-Folder::Folder(const fs::path& parent) {
-  std::string name = (parent / "firn-cli-XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no scratch folder");
-  path_ = name;
-}
-
-Folder::~Folder() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
-}
-
 std::string Folder::write(const std::string& name, const std::string& text) const {
-  std::ofstream(path_ / name, std::ios::binary) << text;
+  std::ofstream(path() / name, std::ios::binary) << text;
   return name;
 }
 
@@ -45,12 +27,12 @@ pid_t Folder::start(const std::vector<std::string>& arguments,
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
-  const std::string out = (path_ / ".out").string();
-  const std::string err = (path_ / ".err").string();
+  const std::string out = (path() / ".out").string();
+  const std::string err = (path() / ".err").string();
   const pid_t pid = fork();
   if (pid != 0) return pid;
   const int mode = O_WRONLY | O_CREAT | O_TRUNC;
-  const bool ready = chdir(path_.c_str()) == 0 && dup2(open(out.c_str(), mode, 0600), 1) == 1 &&
+  const bool ready = chdir(path().c_str()) == 0 && dup2(open(out.c_str(), mode, 0600), 1) == 1 &&
                      dup2(open(err.c_str(), mode, 0600), 2) == 2;
   if (ready && prepare) prepare();
   if (ready) execv(argv[0], argv.data());
@@ -60,8 +42,9 @@ pid_t Folder::start(const std::vector<std::string>& arguments,
 Outcome Folder::wait(pid_t pid) const {
   int status = 0;
   waitpid(pid, &status, 0);
+  // A process that was killed at once has not opened them.
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
-          read_text(path_ / ".out"), read_text(path_ / ".err"),
+          read_own_file((path() / ".out").string()), read_own_file((path() / ".err").string()),
           WIFSIGNALED(status) ? WTERMSIG(status) : 0};
 }
 

@@ -8,6 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/read_text.h"
+#include "tests/support/scratch_folder.h"
+
 namespace firn::cli {
 
 struct Outcome {
@@ -17,18 +20,15 @@ struct Outcome {
   int signal = 0;   // that killed it; 0: none did
 };
 
-// A scratch folder that vanishes with its owner; commands run in it.
-class Folder {
+// A temporary folder in which commands run.
+class Folder : public test::ScratchFolder {
  public:
-  explicit Folder(const std::filesystem::path& parent = std::filesystem::temp_directory_path());
-  ~Folder();
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
+  explicit Folder(const std::filesystem::path& parent = std::filesystem::temp_directory_path())
+      : ScratchFolder("cli", parent) {}
 
-  const std::filesystem::path& path() const { return path_; }
   // Writes a file there and returns its name.
   std::string write(const std::string& name, const std::string& text) const;
-  bool contains(const std::string& name) const { return std::filesystem::exists(path_ / name); }
+  bool contains(const std::string& name) const { return std::filesystem::exists(path() / name); }
 
   // firn ARGUMENTS..., until it ends.
   Outcome firn(const std::vector<std::string>& arguments) const;
@@ -37,12 +37,9 @@ class Folder {
   pid_t start(const std::vector<std::string>& arguments,
               const std::function<void()>& prepare = {}) const;
   Outcome wait(pid_t pid) const;
-
- private:
-  std::filesystem::path path_;
 };
 
-std::string read_text(const std::filesystem::path& file);
+using test::read_text;
 std::size_t lines(const std::string& text);
 
 }  // namespace firn::cli

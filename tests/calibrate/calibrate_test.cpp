@@ -11,23 +11,18 @@
 #include "calibrate/calibration.h"
 #include "experiments/storage/sqlite_file.h"
 #include "tests/support/fake_experiment.h"
+#include "tests/support/replaced.h"
 
 namespace firn {
 namespace {
 
 using nlohmann::json;
+using test::replaced;
 using testing::HasSubstr;
 using Values = FakeExperiment::Values;
 
-const std::string angle_target =
-    "[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\nuncertainty = \"0.5 deg\"\n";
-
-// Zhou's law for spheres as far as friction goes; the factor puts 10 degrees inside the ranges.
-double zhou(const Values& v) {
-  return 35 * std::pow(v.at("a.mu1"), 0.27) * std::pow(v.at("a.mu2"), 0.22);
-}
 JobResult noisy_zhou(const Values& v, std::mt19937_64& random) {
-  return finished({scalar("aor", zhou(v) * (1 + 0.08 * normal_deviate(random)), "deg")});
+  return finished({scalar("aor", zhou_angle(v) * (1 + 0.08 * normal_deviate(random)), "deg")});
 }
 
 // Two responses whose iso-lines cross; both targets are met at mu1 = 0.06, mu2 = 0.15 alone.
@@ -91,9 +86,9 @@ TEST(Calibrate, OneAngleDeterminesOneCombinationOfTwoFrictions) {
   const auto mu1 = [&](std::size_t i) { return j["ridge"][i]["parameters"]["mu1"].get<double>(); };
   EXPECT_GT(mu1(4) / mu1(0), 4);
   for (const json& member : j["ridge"])
-    EXPECT_NEAR(
-        zhou({{"a.mu1", member["parameters"]["mu1"]}, {"a.mu2", member["parameters"]["mu2"]}}), 10,
-        1.2);
+    EXPECT_NEAR(zhou_angle({{"a.mu1", member["parameters"]["mu1"]},
+                            {"a.mu2", member["parameters"]["mu2"]}}),
+                10, 1.2);
   EXPECT_THAT(s.table, HasSubstr("not determined:"));
 }
 
@@ -115,10 +110,9 @@ TEST(Calibrate, SaysSoWhenTheTargetIsOutOfReach) {
   const Folder folder("reach");
   FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
     return finished(
-        {scalar("aor", 2 * zhou(v) + 0.3 * normal_deviate(random), "deg")});  // 9.3 to 43 deg
+        {scalar("aor", 2 * zhou_angle(v) + 0.3 * normal_deviate(random), "deg")});  // 9.3 to 43 deg
   });
-  std::string text = friction_study(angle_target);
-  text.replace(text.find("10 deg"), 6, "2.5 deg");
+  const std::string text = replaced(friction_study(angle_target), "10 deg", "2.5 deg");
   const StudySummary s = run_study(folder.write("study.toml", text), folder / "out", experiment);
   EXPECT_EQ(s.verdict, StudyVerdict::infeasible);
   EXPECT_THAT(s.headline, HasSubstr("infeasible within the ranges: aor = 2.5 deg"));
@@ -130,7 +124,7 @@ TEST(Calibrate, SaysSoWhenTheTargetIsOutOfReach) {
 TEST(Calibrate, TargetsThatContradictEachOtherAreOutOfReachTogether) {
   const Folder folder("contradiction");
   FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
-    const double a = zhou(v);
+    const double a = zhou_angle(v);
     return finished({scalar("aor", a + 0.3 * normal_deviate(random), "deg"),
                      scalar("twice", 2 * a + 0.3 * normal_deviate(random), "deg")});
   });
@@ -184,7 +178,7 @@ TEST(Calibrate, AnAnswerThatFreshRunsContradictIsNotConfirmed) {
     const double seed = v.at("case.seed");
     const bool confirms = seed > confirm_seeds && seed < design_seeds;
     return finished(
-        {scalar("aor", zhou(v) + (confirms ? 5 : 0) + 0.2 * normal_deviate(random), "deg")});
+        {scalar("aor", zhou_angle(v) + (confirms ? 5 : 0) + 0.2 * normal_deviate(random), "deg")});
   });
   const StudySummary s = run_study(folder.write("study.toml", friction_study(angle_target)),
                                    folder / "out", experiment);
@@ -237,7 +231,7 @@ TEST(Calibrate, ComparesNamedSetsAndSharesTheirRunsWithTheFit) {
                                    folder / "out", experiment);
   const json j = json::parse(s.json);
   ASSERT_EQ(j["compare"].size(), 2u);
-  const double text = zhou({{"a.mu1", 0.1}, {"a.mu2", 0.3}});
+  const double text = zhou_angle({{"a.mu1", 0.1}, {"a.mu2", 0.3}});
   EXPECT_NEAR(j["compare"][0]["simulated"]["aor"]["value"].get<double>(), text, 4 * 0.08 * text);
   EXPECT_EQ(j["models"][0]["points"], 2 + 1 + 8 + 3 + 1);  // the answer's own among them
   EXPECT_THAT(s.table, HasSubstr("paper table"));
@@ -249,8 +243,7 @@ TEST(Calibrate, DrawsTheFittedResponse) {
   const Folder folder("plot");
   FakeExperiment experiment(noisy_zhou);
   StudyOptions options;
-  std::string text = friction_study(angle_target);
-  text.replace(text.find("\"mu1\""), 5, "\"ice_friction\"");
+  const std::string text = replaced(friction_study(angle_target), "\"mu1\"", "\"ice_friction\"");
   options.study_file = folder.write("study.toml", text);
   options.directory = folder / "it's drawn";
   options.show_progress = false;
@@ -407,10 +400,9 @@ TEST(CalibrateLong, IntervalsCoverTheTruth) {
     const Folder folder("coverage");
     // The measurement scatters as it says it does: 0.5 deg about 10 deg.
     std::mt19937_64 scatter(static_cast<std::uint64_t>(100 + i));
-    std::string text = friction_study(angle_target);
-    text.replace(text.find("seed = 1"), 8, "seed = " + std::to_string(10000 * i));
-    text.replace(text.find("10 deg"), 6,
-                 std::to_string(10 + 0.5 * normal_deviate(scatter)) + " deg");
+    const std::string text = replaced(
+        replaced(friction_study(angle_target), "seed = 1", "seed = " + std::to_string(10000 * i)),
+        "10 deg", std::to_string(10 + 0.5 * normal_deviate(scatter)) + " deg");
     FakeExperiment experiment(noisy_zhou);
     const json j =
         json::parse(run_study(folder.write("study.toml", text), folder / "out", experiment).json);

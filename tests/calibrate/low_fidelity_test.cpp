@@ -11,6 +11,7 @@
 #include "calibrate/numerics/surrogate.h"
 #include "calibrate/study/study_file.h"
 #include "tests/support/fake_experiment.h"
+#include "tests/support/replaced.h"
 
 namespace firn {
 namespace {
@@ -21,19 +22,13 @@ using nlohmann::json;
 using testing::HasSubstr;
 using Values = FakeExperiment::Values;
 
-const std::string target =
-    "[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\nuncertainty = \"0.5 deg\"\n";
 const std::string low = "[low_fidelity]\nset = { coarse = 1 }\n";
-
-double heap_angle(const Values& v) {
-  return 35 * std::pow(v.at("a.mu1"), 0.27) * std::pow(v.at("a.mu2"), 0.22);
-}
 
 // Of a quarter of the time, and 2 degrees too high.
 JobResult simulated(const Values& v, std::mt19937_64& random) {
   const bool coarse = v.contains("coarse");
   JobResult r = finished(
-      {scalar("aor", heap_angle(v) + (coarse ? 2 : 0) + 0.4 * normal_deviate(random), "deg")});
+      {scalar("aor", zhou_angle(v) + (coarse ? 2 : 0) + 0.4 * normal_deviate(random), "deg")});
   r.wall = coarse ? 0.25 : 1;
   return r;
 }
@@ -131,7 +126,8 @@ TEST(LowFidelity, ExploresAndTheCaseItselfConfirms) {
     ++(v.contains("coarse") ? coarse : fine);
     return simulated(v, random);
   });
-  const std::string file = folder.write("study.toml", friction_study(target + low, "runs = 40\n"));
+  const std::string file =
+      folder.write("study.toml", friction_study(angle_target + low, "runs = 40\n"));
   const StudySummary s = run_study(file, folder / "out", experiment);
   const json j = json::parse(s.json);
   EXPECT_EQ(j["verdict"], "not identifiable") << s.table;
@@ -162,7 +158,8 @@ TEST(LowFidelity, IsMarkedInTheFittedResponse) {
   const auto legend_of = [&](const std::string& more) {
     FakeExperiment experiment(simulated);
     StudyOptions options;
-    options.study_file = folder.write("study.toml", friction_study(target + more, "runs = 40\n"));
+    options.study_file =
+        folder.write("study.toml", friction_study(angle_target + more, "runs = 40\n"));
     options.directory = folder / "out" + std::to_string(more.size());
     options.show_progress = false;
     options.replace_executor = &experiment;
@@ -180,16 +177,16 @@ TEST(LowFidelity, ALargeBiasDoesNotMoveTheAnswer) {
   const Folder folder("large");
   FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
     const double bias = v.contains("coarse") ? 8 + 10 * v.at("a.mu1") : 0;
-    return finished({scalar("aor", heap_angle(v) + bias + 0.3 * normal_deviate(random), "deg")});
+    return finished({scalar("aor", zhou_angle(v) + bias + 0.3 * normal_deviate(random), "deg")});
   });
   const StudySummary s =
-      run_study(folder.write("study.toml", friction_study(target + low, "runs = 60\n")),
+      run_study(folder.write("study.toml", friction_study(angle_target + low, "runs = 60\n")),
                 folder / "out", experiment);
   const json j = json::parse(s.json);
   EXPECT_EQ(j["verdict"], "not identifiable") << s.table;
   const json& fit = j["estimate"]["fit"]["aor"];
   const json& values = j["estimate"]["parameters"];
-  const double truth = heap_angle({{"a.mu1", values["mu1"]}, {"a.mu2", values["mu2"]}});
+  const double truth = zhou_angle({{"a.mu1", values["mu1"]}, {"a.mu2", values["mu2"]}});
   EXPECT_NEAR(fit["value"], truth, 3 * fit["uncertainty"].get<double>());
 }
 
@@ -227,8 +224,7 @@ TEST(LowFidelity, OfOneExperimentLeavesTheOthersAlone) {
 TEST(LowFidelity, OutOfReachIsSaidAfterSimulatingTheCaseItselfThere) {
   const Folder folder("reach");
   FakeExperiment experiment(simulated);
-  std::string far = target;
-  far.replace(far.find("10 deg"), 6, "60 deg");
+  const std::string far = test::replaced(angle_target, "10 deg", "60 deg");
   const StudySummary s =
       run_study(folder.write("study.toml", friction_study(far + low, "runs = 60\n")),
                 folder / "out", experiment);
@@ -239,7 +235,7 @@ TEST(LowFidelity, OutOfReachIsSaidAfterSimulatingTheCaseItselfThere) {
 TEST(LowFidelity, BadTablesAreRefused) {
   const Folder folder("bad");
   const auto message = [&](const std::string& more) {
-    return folder.study_error(friction_study(target + more));
+    return folder.study_error(friction_study(angle_target + more));
   };
   EXPECT_EQ(message(low), "no complaint");
   EXPECT_THAT(message("[low_fidelity]\nset = {}\n"), HasSubstr("low_fidelity.set: is empty"));

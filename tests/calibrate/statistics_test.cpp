@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "calibrate/numerics/noise_model.h"
 #include "experiments/analysis/random_stream.h"

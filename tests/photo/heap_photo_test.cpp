@@ -11,6 +11,7 @@
 #include "experiments/measurements/measurement.h"
 #include "experiments/system/output_file.h"
 #include "tests/photo/picture_files.h"
+#include "tests/support/error_of.h"
 #include "tests/support/heap_photograph.h"
 #include "tests/support/scratch_folder.h"
 
@@ -147,12 +148,7 @@ PhotoSession plain_session(int width = 1200) {
 }
 
 std::string refusal(const Photograph& photo, const PhotoSetup& setup) {
-  try {
-    measured(photo, setup);
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "";
+  return test::error_if_any([&] { measured(photo, setup); });
 }
 
 TEST(HeapPhoto, APlaneIsMeasuredExactly) {

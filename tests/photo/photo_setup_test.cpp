@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/error_of.h"
 #include "tests/support/replaced.h"
 
 namespace firn {
@@ -48,12 +49,7 @@ end_margin = "40 mm"
 using test::replaced;
 
 std::string refusal(const std::string& text) {
-  try {
-    read_photo_setup_text(text, "photos/setup.toml");
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "";
+  return test::error_of([&] { read_photo_setup_text(text, "photos/setup.toml"); });
 }
 
 TEST(PhotoSetup, EveryKeyIsRead) {
@@ -91,7 +87,8 @@ TEST(PhotoSetup, MistakesAreOneLineWithThePlace) {
   } mistakes[] = {
       {"name = \"drained heap\"", "name = \"\"", "setup.toml:1: name: is empty"},
       {"particle_size = \"20.6 mm\"", "particle_size = \"0 mm\"", "setup.toml:2: particle_size: "},
-      {"particle_size = \"20.6 mm\"", "particel_size = \"2 mm\"", "nearest known one is"},
+      {"particle_size = \"20.6 mm\"", "particel_size = \"2 mm\"",
+       "did you mean \"particle_size\"?"},
       {"height = \"250 mm\"", "height = \"250 m\"", "setup.toml:3: height: is more than 1000"},
       {"pixel = [180, 905]", "pixel = [180]", "setup.toml:7: corners.0.pixel: has 1 entries"},
       {"pixel = [180, 905]", "pixel = [1420, 880]", "corners: "},

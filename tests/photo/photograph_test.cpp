@@ -11,6 +11,7 @@
 #include "experiments/system/input_limits.h"
 #include "firn/math.h"
 #include "tests/photo/picture_files.h"
+#include "tests/support/error_of.h"
 
 namespace firn {
 namespace {
@@ -33,12 +34,7 @@ Photograph smooth_picture(int width, int height) {
 }
 
 std::string photograph_refusal(const std::string& bytes) {
-  try {
-    decode_photograph(bytes, "p.jpg");
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "";
+  return test::error_if_any([&] { decode_photograph(bytes, "p.jpg"); });
 }
 
 double largest_difference(const Photograph& a, const Photograph& b) {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 
+#include "tests/support/error_of.h"
 #include "tests/support/heap_photograph.h"
 
 namespace firn {
@@ -28,12 +29,7 @@ std::vector<WallPoint> seen_points(const synthetic::TestCamera& camera,
 }
 
 std::string refusal(const std::vector<WallPoint>& points) {
-  try {
-    WallCamera(Lens{}, points);
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "";
+  return test::error_if_any([&] { WallCamera(Lens{}, points); });
 }
 
 const std::vector<Vec2> kCorners{{-0.3, 0}, {0.3, 0}, {0.3, 0.25}, {-0.3, 0.25}};

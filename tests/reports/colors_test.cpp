@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <regex>
-#include <sstream>
 #include <string>
 #include <vector>
+
+#include "tests/support/read_text.h"
 
 namespace firn {
 namespace {
@@ -17,10 +17,7 @@ using Color = std::array<double, 3>;
 using Matrix = std::array<Color, 3>;
 
 std::string asset_text(const std::string& name) {
-  std::ifstream in(std::string(FIRN_SOURCE_DIR) + "/reports/assets/" + name);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
+  return test::read_text(FIRN_SOURCE_DIR "/reports/assets/" + name);
 }
 
 // Linear RGB of "#rrggbb".

@@ -7,7 +7,6 @@
 #include <functional>
 #include <map>
 #include <random>
-#include <sstream>
 #include <string>
 
 #include "calibrate/calibrate.h"
@@ -15,6 +14,7 @@
 #include "experiments/analysis/random_stream.h"
 #include "experiments/batch/execution/executor.h"
 #include "experiments/case_reader/read_case.h"
+#include "tests/support/read_text.h"
 #include "tests/support/scratch_folder.h"
 
 namespace firn {
@@ -88,12 +88,7 @@ class Folder : public test::ScratchFolder {
   }
 };
 
-inline std::string read_text(const std::string& file) {
-  std::ifstream in(file);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
+using test::read_text;
 
 // A study of two frictions, mu1 and mu2, of the fake experiment; `more` is added to it.
 inline std::string friction_study(const std::string& more, const std::string& budget =
@@ -109,6 +104,19 @@ inline std::string friction_study(const std::string& more, const std::string& bu
          "[[parameters]]\nname = \"mu2\"\nkeys = [\"a.mu2\", \"b.mu2\"]\nmin = 0.03\nmax = 0.5\n"
          "scale = \"log\"\n\n" +
          more;
+}
+
+// A target of such a study.
+inline const std::string angle_target =
+    "[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\nuncertainty = \"0.5 deg\"\n";
+
+// The angle of repose by Zhou's law for spheres as far as friction goes, deg. With the factor,
+// 10 deg is inside the ranges of friction_study().
+inline double zhou_angle(double mu1, double mu2) {
+  return 35 * std::pow(mu1, 0.27) * std::pow(mu2, 0.22);
+}
+inline double zhou_angle(const FakeExperiment::Values& v) {
+  return zhou_angle(v.at("a.mu1"), v.at("a.mu2"));
 }
 
 inline StudySummary run_study(const std::string& file, const std::string& directory,

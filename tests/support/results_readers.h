@@ -5,9 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <functional>
-#include <iterator>
 #include <regex>
 #include <stdexcept>
 #include <string>
@@ -19,6 +17,7 @@
 #include "experiments/results/results_file.h"
 #include "reports/documents/run_page.h"
 #include "tests/support/full_case.h"
+#include "tests/support/read_text.h"
 
 namespace firn::test {
 
@@ -48,16 +47,11 @@ inline bool accepts(const std::function<void()>& read) {
   }
 }
 
-inline std::string bytes_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 inline void require_finite_tables(const std::filesystem::path& folder) {
   static const std::regex infinite(R"((^|[,\n])-?inf([,\n]|$))");
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
     if (entry.path().extension() != ".csv") continue;
-    require(!std::regex_search(bytes_of(entry.path()), infinite),
+    require(!std::regex_search(read_text(entry.path()), infinite),
             "tables are finite: " + entry.path().string());
   }
 }
@@ -67,7 +61,7 @@ inline void require_finite_vtk(const std::filesystem::path& folder) {
   static const std::regex array("<DataArray type=\"Float32\"[^>]*offset=\"([0-9]+)\"");
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
     if (entry.path().extension() != ".vtp") continue;
-    const std::string bytes = bytes_of(entry.path());
+    const std::string bytes = read_text(entry.path());
     const std::string mark = "<AppendedData encoding=\"raw\">\n_";
     const std::size_t data = bytes.find(mark) + mark.size();
     const std::string head = bytes.substr(0, data);

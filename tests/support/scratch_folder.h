@@ -12,9 +12,9 @@ namespace firn::test {
 // A new temporary folder. The destructor removes it.
 class ScratchFolder {
  public:
-  explicit ScratchFolder(const std::string& name) {
-    std::string path =
-        (std::filesystem::temp_directory_path() / ("firn-" + name + "-XXXXXX")).string();
+  explicit ScratchFolder(const std::string& name, const std::filesystem::path& parent =
+                                                      std::filesystem::temp_directory_path()) {
+    std::string path = (parent / ("firn-" + name + "-XXXXXX")).string();
     if (::mkdtemp(path.data()) == nullptr) throw std::runtime_error("cannot create " + path);
     path_ = path;
   }

@@ -45,7 +45,7 @@ TEST(CalibrateCommand, NamesTheParameterWhoseKeyTheCaseLacks) {
   EXPECT_EQ(o.status, 2);
   EXPECT_EQ(lines(o.err), 1u) << o.err;
   EXPECT_THAT(o.err, HasSubstr("study.toml:15: parameters.rho.keys: the case case.toml has no key "
-                               "\"materials.ice.densty\"; the nearest known one is \"density\""));
+                               "\"materials.ice.densty\"; did you mean \"density\"?"));
 }
 
 // A study starts no program unless the user says so, and nothing of it is made before.

@@ -10,6 +10,7 @@
 #include <sstream>
 #include <thread>
 
+#include "experiments/system/input_file.h"
 #include "tests/app/program.h"
 
 namespace firn::cli {
@@ -112,7 +113,8 @@ void runs_as_its_readme_says(const std::string& name) {
     if (arguments[0] == "view") {
       arguments.push_back("--no-open");
       const pid_t pid = in_project(arguments);
-      for (int i = 0; i < 1200 && !read_text(folder.path() / ".out").ends_with("\n"); ++i)
+      const std::string out = (folder.path() / ".out").string();
+      for (int i = 0; i < 1200 && !read_own_file(out).ends_with("\n"); ++i)
         std::this_thread::sleep_for(std::chrono::milliseconds(50));
       std::this_thread::sleep_for(std::chrono::seconds(1));  // the page of the case is made
       ::kill(pid, SIGINT);

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/app/program.h"
+#include "tests/support/replaced.h"
 #include "tests/support/small_cases.h"
 
 namespace firn::cli {
@@ -41,10 +42,7 @@ struct Optimization : Folder {
     write("optimization.toml", heaviest);
   }
   Outcome with(const std::string& part, const std::string& other) const {
-    std::string text = heaviest;
-    const std::size_t at = text.find(part);
-    EXPECT_NE(at, std::string::npos) << part;
-    write("changed.toml", text.replace(at, part.size(), other));
+    write("changed.toml", test::replaced(heaviest, part, other));
     return firn({"optimize", "changed.toml", "-o", "out", "--progress", "none"});
   }
 };

@@ -8,6 +8,7 @@
 #include "calibrate/study/study_file.h"
 #include "experiments/measurements/measurement.h"
 #include "tests/app/program.h"
+#include "tests/support/replaced.h"
 
 namespace firn::cli {
 namespace {
@@ -62,9 +63,7 @@ TEST_F(PhotoCommand, TheCommandOfThePageDoesWhatThePageShows) {
   // A study takes it as a target.
   std::string study = read_text(folder_.path() / "cases/drained_repose/study.toml");
   const auto replace = [&](const std::string& from, const std::string& to) {
-    const auto place = study.find(from);
-    ASSERT_NE(place, std::string::npos) << from;
-    study.replace(place, from.size(), to);
+    study = test::replaced(study, from, to);
   };
   replace("\"../measurements/drained_angle_of_repose.toml\"", "\"heap_angle.toml\"");
   replace("response = \"angle_of_repose\"", "response = \"angle_of_repose_outline\"");

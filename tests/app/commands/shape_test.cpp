@@ -345,7 +345,7 @@ TEST(ShapeCommand, OneBoundaryOfACase) {
   EXPECT_THAT(text.out, testing::Not(HasSubstr("floor\n")));
   const Outcome wrong = folder.firn({"shape", "case.toml", "--boundary", "cap"});
   EXPECT_EQ(wrong.status, 2);
-  EXPECT_THAT(wrong.err, HasSubstr("the nearest known one is \"cup\""));
+  EXPECT_THAT(wrong.err, HasSubstr("did you mean \"cup\"?"));
   const Outcome none = folder.firn({"shape", "case.toml", "--boundary"});
   EXPECT_EQ(none.status, 2);
   EXPECT_THAT(none.err, HasSubstr("expected one of floor, cup"));
@@ -449,7 +449,7 @@ TEST(ShapeCommand, ImpossibleMachinePartsAreRefusedByFileLineAndKey) {
   folder.write("case.toml", case_with_cup("walls = \"5 mm\"\n"));
   const Outcome unknown = folder.firn({"shape", "case.toml"});
   EXPECT_EQ(unknown.status, 2);
-  EXPECT_THAT(unknown.err, HasSubstr("unknown key; the nearest known one is \"wall\""));
+  EXPECT_THAT(unknown.err, HasSubstr("unknown key; did you mean \"wall\"?"));
   std::string text = case_with_cup("");
   text.replace(text.find("container"), 9, "auger");
   text.replace(text.find("section = \"rectangular\""), 23, "shaft_diameter = \"0.1 m\"");

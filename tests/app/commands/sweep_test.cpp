@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "tests/app/program.h"
+#include "tests/support/replaced.h"
 #include "tests/support/small_cases.h"
 
 namespace firn::cli {
@@ -35,10 +36,7 @@ struct Sweep : Folder {
     write("sweep.toml", sweep);
   }
   Outcome with(const std::string& part, const std::string& other) const {
-    std::string text = sweep;
-    const std::size_t at = text.find(part);
-    EXPECT_NE(at, std::string::npos) << part;
-    write("changed.toml", text.replace(at, part.size(), other));
+    write("changed.toml", test::replaced(sweep, part, other));
     return firn({"sweep", "changed.toml", "-o", "changed", "--progress", "none", "--json"});
   }
 };

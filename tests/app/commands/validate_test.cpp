@@ -6,6 +6,7 @@
 
 #include "experiments/material_records/material_database.h"
 #include "tests/app/program.h"
+#include "tests/support/replaced.h"
 #include "tests/support/sample_records.h"
 #include "tests/support/small_cases.h"
 
@@ -91,10 +92,7 @@ struct Suite : Folder {
   }
   // What `firn validate` says of the suite when `part` of it reads `other`.
   Outcome with(const std::string& part, const std::string& other) const {
-    std::string text = suite;
-    const std::size_t at = text.find(part);
-    EXPECT_NE(at, std::string::npos) << part;
-    write("changed.toml", text.replace(at, part.size(), other));
+    write("changed.toml", test::replaced(suite, part, other));
     return firn({"validate", "changed.toml", "-o", "changed", "--progress", "none"});
   }
 };

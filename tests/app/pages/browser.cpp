@@ -7,11 +7,10 @@
 #include <sys/wait.h>
 #undef _res  // a macro of <resolv.h>, which Eigen uses as a name
 
-#include <fstream>
-#include <sstream>
 #include <stdexcept>
 #include <thread>
 
+#include "experiments/system/input_file.h"
 #include "tests/support/scratch_folder.h"
 
 extern char** environ;
@@ -50,9 +49,7 @@ struct Browser::Impl {
     posix_spawn_file_actions_destroy(&actions);
     if (error != 0) throw std::runtime_error("chromedriver cannot be started");
     for (int i = 0; i < 300; ++i) {
-      std::stringstream text;
-      text << std::ifstream(log).rdbuf();
-      const std::string said = text.str(), before = "started successfully on port ";
+      const std::string said = read_own_file(log), before = "started successfully on port ";
       const std::size_t at = said.find(before);
       if (at != said.npos && said.find('.', at) != said.npos)
         return std::stoi(said.substr(at + before.size()));

@@ -5,10 +5,9 @@
 
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <regex>
-#include <sstream>
 
+#include "tests/support/read_text.h"
 #include "tests/support/scratch_folder.h"
 
 namespace firn {
@@ -16,21 +15,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string read(const fs::path& file) {
-  std::ostringstream text;
-  text << std::ifstream(file).rdbuf();
-  return text.str();
-}
-
 TEST(DocsSite, IsCompleteAndLoadsNothingFromOutside) {
   const test::ScratchFolder folder("docs-site");
   const std::string script = FIRN_SOURCE_DIR "/scripts/build-docs.sh";
   const std::string log = folder.path() / "log";
   const std::string site = folder.path() / "site";
   ASSERT_EQ(std::system(("'" + script + "' '" + site + "' >'" + log + "' 2>&1").c_str()), 0)
-      << read(log);
+      << test::read_text(log);
 
-  const std::string index = read(fs::path(site) / "searchindex.js");
+  const std::string index = test::read_text(fs::path(site) / "searchindex.js");
   for (const char* word : {"restitut", "hopper", "auger"})  // stems
     EXPECT_THAT(index, testing::HasSubstr(word));
 
@@ -42,7 +35,7 @@ TEST(DocsSite, IsCompleteAndLoadsNothingFromOutside) {
     const fs::path html =
         site / fs::relative(page.path(), FIRN_SOURCE_DIR).replace_extension(".html");
     ASSERT_TRUE(fs::exists(html)) << html;
-    EXPECT_FALSE(std::regex_search(read(html), loaded)) << html;
+    EXPECT_FALSE(std::regex_search(test::read_text(html), loaded)) << html;
   }
   EXPECT_GT(pages, 25);
 }

@@ -11,9 +11,11 @@
 #include <regex>
 #include <thread>
 
+#include "experiments/system/input_file.h"
 #include "tests/app/pages/browser.h"
 #include "tests/app/program.h"
 #include "tests/support/phone_layout.h"
+#include "tests/support/replaced.h"
 #include "tests/support/small_cases.h"
 
 namespace firn::cli {
@@ -35,7 +37,7 @@ class Viewer {
     pid_ = folder.start(arguments);
     for (int i = 0; i < 600 && address_.empty(); ++i) {
       std::this_thread::sleep_for(milliseconds(50));
-      const std::string out = read_text(folder.path() / ".out");
+      const std::string out = read_own_file((folder.path() / ".out").string());
       if (out.ends_with("\n")) address_ = out.substr(0, out.size() - 1);
     }
     EXPECT_FALSE(address_.empty()) << read_text(folder.path() / ".err");
@@ -79,12 +81,6 @@ class Viewer {
   pid_t pid_ = 0;
   std::string address_;
 };
-
-std::string changed(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, text.npos) << from;
-  return text.replace(at, from.size(), to);
-}
 
 TEST(ViewServer, ServesItsPageAlone) {
   const Folder folder;
@@ -134,7 +130,7 @@ TEST(ViewServer, IsBoundToLoopback) {
   std::stringstream hex;
   hex << std::hex << std::uppercase << std::setfill('0') << std::setw(4) << std::stoi(port);
   // Lines of listening sockets: "sl local_address ...", an address of 0100007F is 127.0.0.1.
-  const std::string sockets = read_text("/proc/net/tcp") + read_text("/proc/net/tcp6");
+  const std::string sockets = read_text("/proc/net/tcp") + read_own_file("/proc/net/tcp6");
   EXPECT_THAT(sockets, HasSubstr(" 0100007F:" + hex.str() + " "));
   EXPECT_THAT(sockets, Not(HasSubstr(" 00000000:" + hex.str() + " ")));
 }
@@ -181,7 +177,7 @@ TEST(ViewCommand, RefusesWhatCannotBeShown) {
 
 TEST(ViewCommand, FollowsEveryFileOfACase) {
   const Folder folder;
-  folder.write("machine.toml", changed(two_boxes, "name = \"two boxes\"", "name = \"x\""));
+  folder.write("machine.toml", test::replaced(two_boxes, "name = \"two boxes\"", "name = \"x\""));
   folder.write("case.toml",
                "include = \"machine.toml\"\n[case]\nname = \"outer\"\n[shapes.stone]\nkind = "
                "\"mesh\"\nfile = \"stone.stl\"\nlength_unit = \"mm\"\nmaterial = \"ice\"\n");
@@ -208,12 +204,14 @@ TEST(ViewCommand, FollowsEveryFileOfACase) {
   EXPECT_THAT(good, HasSubstr("<h1>outer</h1>"));
   EXPECT_THAT(good, Not(HasSubstr("role=\"alert\"")));
   // The page of the include, of the mesh, of the case, then an error in each.
-  EXPECT_THAT(after("machine.toml", changed(two_boxes, "name = \"floor\"", "name = \"table\"")),
-              HasSubstr("table"));
-  EXPECT_THAT(after("stone.stl", changed(stone, "vertex 0 0 10", "vertex 0 0 11")),
+  EXPECT_THAT(
+      after("machine.toml", test::replaced(two_boxes, "name = \"floor\"", "name = \"table\"")),
+      HasSubstr("table"));
+  EXPECT_THAT(after("stone.stl", test::replaced(stone, "vertex 0 0 10", "vertex 0 0 11")),
               HasSubstr("open edge"));
   EXPECT_THAT(after("stone.stl", stone), Not(HasSubstr("role=\"alert\"")));
-  const std::string wrong = after("machine.toml", changed(two_boxes, "restitution", "restitutoin"));
+  const std::string wrong =
+      after("machine.toml", test::replaced(two_boxes, "restitution", "restitutoin"));
   EXPECT_THAT(wrong, HasSubstr("restitutoin"));
   EXPECT_THAT(wrong, HasSubstr("<mark>"));
   EXPECT_THAT(wrong, HasSubstr("aria-label=\"machine.toml about line"));
@@ -250,7 +248,7 @@ TEST(ViewInABrowser, RedrawsACaseAndShowsErrorsAtTheirLine) {
   const std::string turned = browser.value(angle);
 
   const auto saved = steady_clock::now();
-  folder.write("case.toml", changed(good, "name = \"slider\"", "name = \"pusher\""));
+  folder.write("case.toml", test::replaced(good, "name = \"slider\"", "name = \"pusher\""));
   ASSERT_TRUE(browser.becomes("document.body.innerText.includes('motion: pusher')"));
   RecordProperty("seconds_to_redraw",
                  std::to_string(duration<double>(steady_clock::now() - saved).count()));
@@ -258,7 +256,7 @@ TEST(ViewInABrowser, RedrawsACaseAndShowsErrorsAtTheirLine) {
       browser.becomes("typeof FirnReplayViews !== 'undefined' && FirnReplayViews.states().length"));
   EXPECT_EQ(browser.value(angle), turned);
 
-  folder.write("case.toml", changed(good, "kind = \"plane\"", "kind = \"plan\""));
+  folder.write("case.toml", test::replaced(good, "kind = \"plane\"", "kind = \"plan\""));
   ASSERT_TRUE(browser.becomes("document.querySelector('[role=alert] mark')"));
   EXPECT_THAT(
       browser.value("document.querySelector('[role=alert] mark').innerText").get<std::string>(),
@@ -347,7 +345,8 @@ TEST(ViewInABrowser, NamesBoundaries) {
 
 TEST(ViewInABrowser, FollowsARunToItsEnd) {
   const Folder folder;
-  folder.write("case.toml", changed(two_boxes, "duration = \"50 ms\"", "duration = \"2 s\""));
+  folder.write("case.toml",
+               test::replaced(two_boxes, "duration = \"50 ms\"", "duration = \"2 s\""));
   // Held back, so that the page is there before the end.
   const pid_t run = folder.start({"run", "case.toml", "-o", "run.h5"});
   for (int i = 0; i < 200 && !folder.contains("run.h5"); ++i)

@@ -10,7 +10,6 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <iterator>
 #include <map>
 #include <random>
 #include <string>
@@ -18,6 +17,7 @@
 #include "experiments/results/results_guard.h"
 #include "firn/math.h"
 #include "tests/app/program.h"
+#include "tests/support/error_of.h"
 #include "tests/support/full_case.h"
 #include "tests/support/results_mutations.h"
 
@@ -30,11 +30,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
-
-std::string bytes_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 // Where a structure of the format is, and how many bytes of it may be damaged.
 struct Piece {
@@ -115,8 +110,8 @@ class DamagedResults : public testing::Test {
   void try_members(std::uint64_t first, int count) {
     test::run_full_case((folder_.path() / "whole.h5").string());
     test::run_half_of_full_case((folder_.path() / "half.h5").string());
-    const std::string whole = bytes_of(folder_.path() / "whole.h5"),
-                      half = bytes_of(folder_.path() / "half.h5");
+    const std::string whole = read_text(folder_.path() / "whole.h5"),
+                      half = read_text(folder_.path() / "half.h5");
     const std::vector<Piece> of_whole = pieces_of(whole), of_half = pieces_of(half);
     EXPECT_GT(of_whole.size(), 100u);
     for (std::uint64_t seed = first; seed < first + static_cast<std::uint64_t>(count); ++seed) {
@@ -237,12 +232,7 @@ class ResultsGuard : public DamagedResults {
     const fs::path program = folder_.path() / folder_.write("checker", "#!/bin/sh\n" + script);
     fs::permissions(program, fs::perms::owner_all);
     guard_results_with(program.string());
-    try {
-      check_in_child((folder_.path() / file).string(), "RUN.h5");
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "";
+    return test::error_if_any([&] { check_in_child((folder_.path() / file).string(), "RUN.h5"); });
   }
 };
 

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "experiments/analysis/random_stream.h"
+#include "tests/support/error_of.h"
 #include "tests/support/fake_experiment.h"
 #include "tests/support/replaced.h"
 
@@ -171,16 +172,12 @@ TEST(Curves, RunsThatEndTooEarlyGiveNoScore) {
 }
 
 TEST(Curves, ARunWithoutTheCurveEndsTheStudy) {
-  const auto message = [](const FakeExperiment::Formula& formula) -> std::string {
+  const auto message = [](const FakeExperiment::Formula& formula) {
     const Folder folder("curve-none");
     write_record(folder, [](double t) { return rise(9, 1.2, t); });
     FakeExperiment experiment(formula);
-    try {
-      run_study(folder.write("study.toml", press_study()), folder / "out", experiment);
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "no complaint";
+    return test::error_of(
+        [&] { run_study(folder.write("study.toml", press_study()), folder / "out", experiment); });
   };
   EXPECT_THAT(
       message([](const Values&, std::mt19937_64&) { return finished({scalar("end", 1, "N")}); }),

@@ -13,12 +13,8 @@ namespace {
 
 using nlohmann::json;
 
-const std::string noisy_target =
-    "[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\nuncertainty = \"0.5 deg\"\n";
-
 JobResult noisy_heap(const FakeExperiment::Values& v, std::mt19937_64& random) {
-  const double angle = 35 * std::pow(v.at("a.mu1"), 0.27) * std::pow(v.at("a.mu2"), 0.22);
-  return finished({scalar("aor", angle + normal_deviate(random), "deg")});
+  return finished({scalar("aor", zhou_angle(v) + normal_deviate(random), "deg")});
 }
 
 json study_results(const std::string& text) {
@@ -29,7 +25,7 @@ json study_results(const std::string& text) {
 
 TEST(EstimateHistory, EndsInTheAnswer) {
   const json j = study_results(
-      friction_study(noisy_target + "[[numerics]]\nname = \"n\"\nset = { x = 1 }\n",
+      friction_study(angle_target + "[[numerics]]\nname = \"n\"\nset = { x = 1 }\n",
                      "center_replicates = 3\ndesign_points = 8\nreplicates_per_point = 2\n"
                      "refine_rounds = 2\nrefine_points = 3\nconfirmation_replicates = 5\n"));
   const json& history = j["estimate_history"];
@@ -74,7 +70,7 @@ class ShuffledExperiment : public FakeExperiment {
 
 TEST(EstimateHistory, IsTheSameInAnyOrderOfRunsAndAfterInterruptions) {
   const Folder folder("order");
-  const std::string study = folder.write("study.toml", friction_study(noisy_target));
+  const std::string study = folder.write("study.toml", friction_study(angle_target));
   FakeExperiment whole(noisy_heap);
   const json expected = json::parse(run_study(study, folder / "whole", whole).json);
   ASSERT_GE(expected["estimate_history"].size(), 2u);
@@ -105,7 +101,7 @@ TEST(EstimateHistory, IsEmptyWithoutAnEstimate) {
   FakeExperiment experiment([](const FakeExperiment::Values&, std::mt19937_64&) {
     return JobResult{JobStatus::failed, "no", {}, 1};
   });
-  const json j = json::parse(run_study(folder.write("study.toml", friction_study(noisy_target)),
+  const json j = json::parse(run_study(folder.write("study.toml", friction_study(angle_target)),
                                        folder / "out", experiment)
                                  .json);
   EXPECT_TRUE(j["estimate_history"].empty());
@@ -114,7 +110,7 @@ TEST(EstimateHistory, IsEmptyWithoutAnEstimate) {
 
 TEST(PredictedTargets, AreInTheResults) {
   const json predicted =
-      study_results(friction_study(noisy_target))["targets"][0]["posterior_predictive"];
+      study_results(friction_study(angle_target))["targets"][0]["posterior_predictive"];
   EXPECT_EQ(predicted["probabilities"], json::parse("[0.025, 0.16, 0.5, 0.84, 0.975]"));
   for (const char* name : {"mean_response", "single_run"}) {
     const std::vector<double> quantiles = predicted[name]["quantiles"];

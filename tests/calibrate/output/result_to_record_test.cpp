@@ -7,11 +7,14 @@
 #include "experiments/material_records/material_database.h"
 #include "experiments/material_records/material_json.h"
 #include "experiments/storage/sha256.h"
+#include "tests/support/error_of.h"
 #include "tests/support/fake_experiment.h"
+#include "tests/support/replaced.h"
 
 namespace firn {
 namespace {
 
+using test::replaced;
 using testing::HasSubstr;
 using Values = FakeExperiment::Values;
 
@@ -20,22 +23,16 @@ const std::string second_key = "interactions.ice-plastic.static_friction";
 
 // The fake study with keys of materials.
 std::string study_text(const std::string& more = "") {
-  std::string text = friction_study(
-      "[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\nuncertainty = \"0.5 deg\"\n" + more);
-  const auto replace = [&](const std::string& from, const std::string& to) {
-    text.replace(text.find(from), from.size(), to);
-  };
-  replace("a.mu1", first_key);
-  replace("a.mu2\", \"b.mu2", second_key + "\", \"interactions.ice-plastic.dynamic_friction");
-  return text;
+  return replaced(replaced(friction_study(angle_target + more), "a.mu1", first_key),
+                  "a.mu2\", \"b.mu2",
+                  second_key + "\", \"interactions.ice-plastic.dynamic_friction");
 }
 
-// Zhou's law: one angle, a valley of frictions.
-double angle(double mu1, double mu2) { return 35 * std::pow(mu1, 0.27) * std::pow(mu2, 0.22); }
+// One angle: a valley of frictions.
 JobResult noisy(const Values& v, std::mt19937_64& random) {
-  return finished(
-      {scalar("aor", angle(v.at(first_key), v.at(second_key)) * (1 + 0.05 * normal_deviate(random)),
-              "deg")});
+  return finished({scalar(
+      "aor", zhou_angle(v.at(first_key), v.at(second_key)) * (1 + 0.05 * normal_deviate(random)),
+      "deg")});
 }
 
 StudySummary run_and_save(const std::string& file, const std::string& directory,
@@ -86,7 +83,7 @@ TEST(StudyMaterial, KeepsTheFamilyWithItsProvenance) {
     MaterialChoice choice;
     choice.sample = k;
     const std::vector<double> v = chosen_values(r, choice);
-    EXPECT_NEAR(angle(v[0], v[1]), 10, 4 * 0.7);
+    EXPECT_NEAR(zhou_angle(v[0], v[1]), 10, 4 * 0.7);
   }
   // The answer was simulated five times, with fresh seeds; every value is here.
   const ReferenceSet& answer = f.reference_sets.front();
@@ -147,14 +144,11 @@ TEST(StudyMaterial, AnAnswerThatIsNoneIsNotSaved) {
 TEST(StudyMaterial, OtherKeysAreRefusedBeforeAnyRun) {
   const Folder folder("material-keys");
   FakeExperiment experiment(noisy);
-  std::string text = study_text();
-  text.replace(text.find(first_key), first_key.size(), "shapes.cube.rounding");
-  try {
-    run_and_save(folder.write("study.toml", text), folder / "out", experiment);
-    FAIL() << "accepted";
-  } catch (const InputError& e) {
-    EXPECT_THAT(e.what(), HasSubstr("parameters: mu1: \"shapes.cube.rounding\" is not a key of a"));
-  }
+  const std::string text = replaced(study_text(), first_key, "shapes.cube.rounding");
+  EXPECT_THAT(test::error_of([&] {
+                run_and_save(folder.write("study.toml", text), folder / "out", experiment);
+              }),
+              HasSubstr("parameters: mu1: \"shapes.cube.rounding\" is not a key of a"));
   EXPECT_EQ(experiment.runs, 0);
 }
 

@@ -5,14 +5,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <random>
 
 #include "calibrate/study/read_parameters.h"
 #include "experiments/material_records/material_database.h"
 #include "experiments/text/csv/csv_reader.h"
+#include "tests/support/environment.h"
 #include "tests/support/fake_experiment.h"
+#include "tests/support/replaced.h"
 
 namespace firn {
 namespace {
@@ -20,6 +21,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using nlohmann::json;
+using test::replaced;
 using testing::HasSubstr;
 
 double uniform(std::mt19937_64& random, double from = 0, double to = 1) {
@@ -152,9 +154,6 @@ TEST(Constraint, HoldsForEveryPointThatIsRun) {
     EXPECT_THROW(parse_constraint(bad, one), InputError) << bad;
 }
 
-const std::string angle_target =
-    "[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\nuncertainty = \"0.5 deg\"\n";
-
 // Two responses that cross at mu1 = 0.06, mu2 = 0.15.
 JobResult crossing(const FakeExperiment::Values& v, std::mt19937_64& random) {
   const double x = v.at("a.mu1") / 0.06, y = v.at("a.mu2") / 0.15;
@@ -239,18 +238,18 @@ TEST(StudyWithPriors, AMaterialRecordAndStatedKindsNarrowTheAnswer) {
   record.provenance.source = "test";
   const std::string file = folder / "materials.db";
   MaterialDatabase(file, MaterialDatabase::Access::write).add({record});
-  setenv("FIRN_MATERIALS", file.c_str(), 1);
-  std::string text = friction_study(angle_target + "[[priors]]\nmaterial = \"my-pair\"\n");
-  const std::string key = "a.mu1", wanted = "interactions.ice-steel.static_friction";
-  text.replace(text.find(key), key.size(), wanted);
+  const std::string wanted = "interactions.ice-steel.static_friction";
+  const std::string text = replaced(
+      friction_study(angle_target + "[[priors]]\nmaterial = \"my-pair\"\n"), "a.mu1", wanted);
   FakeExperiment experiment([&](const FakeExperiment::Values& v, std::mt19937_64& random) {
     FakeExperiment::Values renamed = v;
     renamed["a.mu1"] = v.contains(wanted) ? v.at(wanted) : v.at("a.mu1");
     return crossing(renamed, random);
   });
-  const json from_record =
-      json::parse(run_study(folder.write("r.toml", text), folder / "r", experiment).json);
-  unsetenv("FIRN_MATERIALS");
+  const json from_record = [&] {
+    const test::EnvironmentVariable database("FIRN_MATERIALS", file);
+    return json::parse(run_study(folder.write("r.toml", text), folder / "r", experiment).json);
+  }();
   const json stated = json::parse(
       run_study(
           folder.write("s.toml",
@@ -281,11 +280,10 @@ TEST(StudyWithIntegers, RunsWholeNumbers) {
     return finished({scalar("aor", 2 * layers + 0.1 * normal_deviate(random), "deg"),
                      scalar("rate", 100 * v.at("a.mu2") + 0.5 * normal_deviate(random), "g/s")});
   });
-  std::string text = friction_study(angle_target +
-                                    "[[targets]]\nresponse = \"rate\"\nvalue = \"20 g/s\"\n"
-                                    "uncertainty = \"1 g/s\"\n");
-  const std::string range = "min = 0.01\nmax = 0.3\nscale = \"log\"\n";
-  text.replace(text.find(range), range.size(), "min = 1\nmax = 12\ninteger = true\n");
+  const std::string text = replaced(
+      friction_study(angle_target + "[[targets]]\nresponse = \"rate\"\nvalue = \"20 g/s\"\n"
+                                    "uncertainty = \"1 g/s\"\n"),
+      "min = 0.01\nmax = 0.3\nscale = \"log\"\n", "min = 1\nmax = 12\ninteger = true\n");
   const json j =
       json::parse(run_study(folder.write("study.toml", text), folder / "out", experiment).json);
   EXPECT_EQ(j["estimate"]["parameters"]["mu1"], 5.0);

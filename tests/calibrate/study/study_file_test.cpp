@@ -13,17 +13,14 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-const std::string target =
-    "[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\nuncertainty = \"0.5 deg\"\n";
-
 using test::replaced;
 
 TEST(StudyFile, ReadsEverything) {
   const Folder folder("file");
-  const Study s = read_study(
-      folder.write("study.toml", friction_study(target + "[[observe]]\nresponse = \"count\"\n"
-                                                         "[[compare]]\nname = \"text\"\n"
-                                                         "values = { mu1 = 0.1, mu2 = 0.3 }\n")));
+  const Study s = read_study(folder.write(
+      "study.toml", friction_study(angle_target + "[[observe]]\nresponse = \"count\"\n"
+                                                  "[[compare]]\nname = \"text\"\n"
+                                                  "values = { mu1 = 0.1, mu2 = 0.3 }\n")));
   EXPECT_EQ(s.name, "fake");
   EXPECT_EQ(s.parameters.size(), 2u);
   EXPECT_EQ(s.parameters[1].keys, (std::vector<std::string>{"a.mu2", "b.mu2"}));
@@ -55,7 +52,7 @@ TEST(StudyFile, TakesEarlierNamesOfResponsesOfCases) {
   folder.write("index.toml",
                "name = \"index\"\nresponse = \"low_fifo_index\"\nstatus = \"measured\"\n"
                "source = \"here\"\nvalues = [\"1\", \"2\"]\n");
-  const std::string text = replaced(target, "aor", "wall_rise") +
+  const std::string text = replaced(angle_target, "aor", "wall_rise") +
                            "[[targets]]\nmeasurement = \"index.toml\"\n[[observe]]\nresponse = "
                            "\"opposed_load_median\"\n";
   testing::internal::CaptureStderr();
@@ -71,7 +68,7 @@ TEST(StudyFile, TakesEarlierNamesOfResponsesOfCases) {
   const std::string function =
       "[study]\nname = \"s\"\n[budget]\nruns = 20\n[[parameters]]\nname = \"p\"\nkeys = [\"p\"]\n"
       "min = 0\nmax = 1\n";
-  EXPECT_EQ(read_function_study(function + replaced(target, "aor", "wall_rise"), "f")
+  EXPECT_EQ(read_function_study(function + replaced(angle_target, "aor", "wall_rise"), "f")
                 .targets.at(0)
                 .response.name,
             "wall_rise");
@@ -104,7 +101,7 @@ TEST(StudyFile, AScatterOfFewRepeatsIsItselfUncertain) {
 
 TEST(StudyFile, DimensionalParametersKeepTheirUnit) {
   const Folder folder("unit");
-  const std::string text = replaced(friction_study(target), "min = 0.01\nmax = 0.3\n",
+  const std::string text = replaced(friction_study(angle_target), "min = 0.01\nmax = 0.3\n",
                                     "min = \"1 mm\"\nmax = \"4 mm\"\n");
   EXPECT_EQ(read_study(folder.write("study.toml", text)).parameters[0].unit, "mm");
   EXPECT_THAT(folder.study_error(replaced(text, "4 mm", "4 m")), HasSubstr("the same unit"));
@@ -112,7 +109,7 @@ TEST(StudyFile, DimensionalParametersKeepTheirUnit) {
 
 TEST(StudyFile, SaysWhatIsWrongAndWhere) {
   const Folder folder("wrong");
-  const std::string good = friction_study(target);
+  const std::string good = friction_study(angle_target);
   const struct {
     std::string from, to, complaint;
   } cases[] = {

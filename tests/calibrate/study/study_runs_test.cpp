@@ -6,6 +6,7 @@
 
 #include <filesystem>
 
+#include "tests/support/error_of.h"
 #include "tests/support/fake_experiment.h"
 #include "tests/support/replaced.h"
 #include "tests/support/small_cases.h"
@@ -31,12 +32,8 @@ std::string error_of_study(const Folder& folder, const std::string& text) {
   folder.write("case.toml", cli::two_boxes);
   std::filesystem::remove_all(folder / "out");  // of another study
   CaseReader reader;
-  try {
-    run_study(folder.write("study.toml", text), folder / "out", reader);
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "no error";
+  return test::error_of(
+      [&] { run_study(folder.write("study.toml", text), folder / "out", reader); });
 }
 
 // One parameter with this key on line 12, and `more` after its tables.
@@ -55,12 +52,12 @@ TEST(StudyRuns, AKeyThatTheCaseLacksIsNamedWithItsPlaceInTheStudy) {
   const struct {
     std::string key, advice;
   } cases[] = {
-      {"interactions.ice-plastic.static_friktion", "the nearest known one is \"static_friction\""},
+      {"interactions.ice-plastic.static_friktion", "did you mean \"static_friction\"?"},
       {"interactions.ice-plastic.rougness", "expected one of "},
-      {"interactions.ice-plstic.static_friction", "the nearest pair is \"ice-plastic\""},
-      {"materials.ice.youngs_modulus", "the nearest known one is \"young_modulus\""},
+      {"interactions.ice-plstic.static_friction", "did you mean \"ice-plastic\"?"},
+      {"materials.ice.youngs_modulus", "did you mean \"young_modulus\"?"},
       {"numerics.dt", ""},
-      {"intractions.ice-plastic.static_friction", "the nearest known one is \"interactions\""},
+      {"intractions.ice-plastic.static_friction", "did you mean \"interactions\"?"},
       {"boundaries.flor.static_friction", "expected one of 0 (\"floor\")"},
       {"particles.7.mass", "expected one of 0, 1"},
   };
@@ -131,12 +128,8 @@ TEST(StudyRuns, AFaultOfTheCaseIsNotTheStudys) {
       "study.toml",
       replaced(one_key("interactions.ice-plastic.static_friction", "min = 0.3\nmax = 0.9\n"),
                "case.toml", "bad.toml"));
-  try {
-    run_study(study, folder / "out", reader);
-    ADD_FAILURE() << "no error";
-  } catch (const InputError& e) {
-    EXPECT_THAT(std::string(e.what()), StartsWith(folder / "bad.toml"));
-  }
+  EXPECT_THAT(test::error_of([&] { run_study(study, folder / "out", reader); }),
+              StartsWith(folder / "bad.toml"));
 }
 
 }  // namespace

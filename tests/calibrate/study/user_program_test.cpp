@@ -10,9 +10,13 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <sstream>
 #include <thread>
 
 #include "calibrate/study/study_file.h"
+#include "experiments/system/input_file.h"
+#include "tests/support/environment.h"
+#include "tests/support/error_of.h"
 #include "tests/support/fake_experiment.h"
 #include "tests/support/replaced.h"
 
@@ -91,17 +95,13 @@ class UserProgramTest : public testing::Test {
     return o;
   }
   int count() const {
-    const std::string text = fs::exists(folder / "count") ? read_text(folder / "count") : "";
+    const std::string text = read_own_file(folder / "count");  // empty before the first run
     return static_cast<int>(std::count(text.begin(), text.end(), '\n'));
   }
+  // Empty: the study was read.
   std::string message(const std::string& text, Programs programs = Programs::allowed) {
     write_study(text);
-    try {
-      read_study(folder / "study.toml", programs);
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "no complaint";
+    return test::error_if_any([&] { read_study(folder / "study.toml", programs); });
   }
 
   Folder folder{"program"};
@@ -247,7 +247,7 @@ TEST_F(UserProgramTest, LimitsEndTheProgramAndItsChildren) {
   std::istringstream children(read_text(folder / "children"));
   int seen = 0;
   for (pid_t pid = 0; children >> pid; ++seen) {
-    const std::string command = read_text("/proc/" + std::to_string(pid) + "/cmdline");
+    const std::string command = read_own_file("/proc/" + std::to_string(pid) + "/cmdline");
     EXPECT_EQ(command.find("321.5"), std::string::npos) << pid;
   }
   EXPECT_GE(seen, 5);
@@ -313,12 +313,12 @@ echo 77
 )sh",
                              "FOLDER", folder.path().string()));
   write_study(std::string(study_text) + "[execution.slurm]\npoll = \"0.05 s\"\n");
-  const std::string path = std::getenv("PATH");
-  setenv("PATH", ((folder / "bin") + ":" + path).c_str(), 1);
   StudyOptions o = options();
   o.executor = "slurm";
-  const json by_slurm = json::parse(calibrate(o).json);
-  setenv("PATH", path.c_str(), 1);
+  const json by_slurm = [&] {
+    const test::EnvironmentVariable path("PATH", (folder / "bin") + ":" + std::getenv("PATH"));
+    return json::parse(calibrate(o).json);
+  }();
   o.executor = "local";
   o.directory = folder / "local";
   const json here = json::parse(calibrate(o).json);
@@ -332,7 +332,7 @@ TEST_F(UserProgramTest, MistakesHaveAPlace) {
   EXPECT_THAT(
       message(text, Programs::refused),
       AllOf(HasSubstr("study.toml:8: experiments.user.program: "), HasSubstr("--allow-programs")));
-  EXPECT_EQ(message(text), "no complaint");
+  EXPECT_EQ(message(text), "");
   EXPECT_THAT(message(replaced(text, program, "program = [] # FOLDER")), HasSubstr("no list"));
   EXPECT_THAT(message(replaced(text, "\"sh\"", "\"no-such-program\"")),
               HasSubstr("\"no-such-program\" is not a program that can be started"));

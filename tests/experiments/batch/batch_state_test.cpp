@@ -8,10 +8,10 @@
 #include <filesystem>
 #include <fstream>
 #include <random>
-#include <sstream>
 
 #include "experiments/batch/batch_folder.h"
 #include "firn/math.h"
+#include "tests/support/read_text.h"
 #include "tests/support/scratch_folder.h"
 
 namespace firn {
@@ -106,12 +106,7 @@ TEST(BatchState, DamagedJournalsAreRefused) {
     working.batch.journal().finish("key0", finished_angle(1));
   }
   const std::string file = (folder.path() / "study.db").string();
-  std::string bytes;
-  {
-    std::ostringstream text;
-    text << std::ifstream(file, std::ios::binary).rdbuf();
-    bytes = text.str();
-  }
+  const std::string bytes = test::read_text(file);
   std::mt19937 random(5);
   int refused = 0;
   for (int i = 0; i < 300; ++i) {

@@ -19,12 +19,8 @@ using nlohmann::json;
 using testing::HasSubstr;
 using Values = FakeExperiment::Values;
 
-const std::string target =
-    "[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\nuncertainty = \"0.5 deg\"\n";
-
 JobResult power_law(const Values& v, std::mt19937_64& random) {
-  const double aor = 35 * std::pow(v.at("a.mu1"), 0.27) * std::pow(v.at("a.mu2"), 0.22);
-  return finished({scalar("aor", aor * (1 + 0.08 * normal_deviate(random)), "deg")});
+  return finished({scalar("aor", zhou_angle(v) * (1 + 0.08 * normal_deviate(random)), "deg")});
 }
 
 StudySummary run_with_store(const std::string& study, const std::string& directory,
@@ -41,7 +37,7 @@ StudySummary run_with_store(const std::string& study, const std::string& directo
 
 TEST(RunCache, ASecondStudyFindsTheRunsOfTheFirst) {
   const Folder folder("store");
-  const std::string text = friction_study(target);
+  const std::string text = friction_study(angle_target);
   // Another study by name and observed responses, of the same runs.
   std::string other = text;
   other.replace(other.find("\"fake\""), 6, "\"other\"");
@@ -143,7 +139,7 @@ JobResult slow_where_small(const Values& v, std::mt19937_64& random, double limi
 
 TEST(Limits, RunsCutShortAreCountedKeptOutOfTheFitAndGoneOnWithUnderAHigherLimit) {
   const Folder folder("limit");
-  const std::string study = folder.write("study.toml", friction_study(target));
+  const std::string study = folder.write("study.toml", friction_study(angle_target));
   const auto session = [&](double limit, int& runs) {
     FakeExperiment experiment([limit](const Values& v, std::mt19937_64& random) {
       return slow_where_small(v, random, limit);
@@ -192,7 +188,7 @@ TEST(Limits, AnAnswerWhoseFreshRunsAreCutShortIsNotConfirmed) {
     if (v.at("case.seed") == 1002) return JobResult{JobStatus::timed_out, "over", {}, 5, 0.1, 5};
     return power_law(v, random);
   });
-  const StudySummary s = run_with_store(folder.write("study.toml", friction_study(target)),
+  const StudySummary s = run_with_store(folder.write("study.toml", friction_study(angle_target)),
                                         folder / "out", "", experiment, 5);
   EXPECT_EQ(s.verdict, StudyVerdict::unconfirmed);
   EXPECT_THAT(s.headline, HasSubstr("cut short"));
@@ -201,7 +197,7 @@ TEST(Limits, AnAnswerWhoseFreshRunsAreCutShortIsNotConfirmed) {
 TEST(Execution, IsReadAndChecked) {
   const Folder folder("execution");
   const auto read = [&](const std::string& text) {
-    return read_study(folder.write("study.toml", friction_study(target + text))).execution;
+    return read_study(folder.write("study.toml", friction_study(angle_target + text))).execution;
   };
   const Execution e = read(
       "[execution]\ntime_limit = \"10 min\"\nmemory_limit = \"1.5 GiB\"\n[execution.slurm]\n"
@@ -228,7 +224,7 @@ TEST(Execution, IsReadAndChecked) {
 }
 
 TEST(Execution, DoesNotMakeAnotherStudy) {
-  const std::string text = friction_study(target);
+  const std::string text = friction_study(angle_target);
   EXPECT_EQ(study_identity(text, "s"),
             study_identity(text + "# a remark\n[execution]\ntime_limit = \"1 min\"\n", "s"));
   EXPECT_NE(study_identity(text, "s"),

@@ -9,6 +9,7 @@
 #include <cstdlib>
 
 #include "experiments/batch/slurm/slurm_task.h"
+#include "experiments/system/input_file.h"
 #include "tests/support/fake_experiment.h"
 
 namespace firn {
@@ -89,7 +90,8 @@ echo 77
     return results;
   }
 
-  std::string submitted() const { return read_text(folder_ / "submitted"); }
+  // Empty if nothing was submitted.
+  std::string submitted() const { return read_own_file(folder_ / "submitted"); }
 
   Folder folder_{"slurm"};
   std::string old_path_;

@@ -3,12 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
 #include "tests/experiments/case_reader/two_cubes_case.h"
+#include "tests/support/read_text.h"
 
 namespace firn {
 namespace {
@@ -19,8 +18,7 @@ using two_cubes::read;
 class DrainedReposeCase : public testing::Test {
  protected:
   static std::string shipped() {
-    std::ifstream in(FIRN_SOURCE_DIR "/cases/drained_repose/case.toml");
-    return {std::istreambuf_iterator<char>(in), {}};
+    return test::read_text(FIRN_SOURCE_DIR "/cases/drained_repose/case.toml");
   }
   static std::string error_of_set(const std::string& text) {
     return error_of(shipped(), {parse_override(text)});
@@ -115,11 +113,11 @@ TEST_F(DrainedReposeCase, ImpossibleSetupsNameTheirNumbers) {
             "ledge of 0.2254 m to fit a line to, less than two particle sizes (0.04115 m, shape "
             "\"cube\"); expected smaller margins, a longer box or a narrower door");
   EXPECT_EQ(error_of_set("experiment.fill.shape=cub"),
-            "--set experiment.fill.shape=cub: experiment.fill.shape: unknown shape \"cub\"; the "
-            "nearest known one is \"cube\"");
+            "--set experiment.fill.shape=cub: experiment.fill.shape: unknown shape \"cub\"; did "
+            "you mean \"cube\"?");
   EXPECT_EQ(error_of_set("experiment.dor_width=1 in"),
-            "--set experiment.dor_width=1 in: experiment.dor_width: unknown key; the nearest known "
-            "one is \"door_width\"");
+            "--set experiment.dor_width=1 in: experiment.dor_width: unknown key; did you mean "
+            "\"door_width\"?");
   EXPECT_EQ(error_of_set("experiment.kind=drained"),
             "--set experiment.kind=drained: experiment.kind: is \"drained\"; expected one of "
             "drained_repose");

@@ -9,6 +9,7 @@
 #include "experiments/case/case.h"
 #include "experiments/case_reader/read_case.h"
 #include "tests/experiments/run/harvest_scene.h"
+#include "tests/support/error_of.h"
 #include "tests/support/scratch_folder.h"
 
 namespace firn {
@@ -71,12 +72,7 @@ class IncludedFiles : public testing::Test {
     std::ofstream(folder_.path() / name) << text;
   }
   std::string error_of(const std::string& name) const {
-    try {
-      read_case(folder_ / name);
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "none";
+    return test::error_of([&] { read_case(folder_ / name); });
   }
   std::string error_of_text(const std::string& text) const {
     write("bad.toml", text);

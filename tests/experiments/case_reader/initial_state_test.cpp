@@ -9,6 +9,7 @@
 #include "experiments/case_reader/read_case.h"
 #include "experiments/results/results_file.h"
 #include "experiments/run/run.h"
+#include "tests/support/error_of.h"
 #include "tests/support/results_folder.h"
 
 namespace firn {
@@ -124,12 +125,7 @@ class StartTest : public ResultsFolder {
     ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
   }
   std::string error_of(const std::string& more, const std::vector<Override>& overrides = {}) const {
-    try {
-      read(more, overrides);
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "";
+    return test::error_if_any([&] { read(more, overrides); });
   }
 };
 

@@ -5,11 +5,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <functional>
-
 #include "experiments/case_reader/read_case.h"
 #include "experiments/material_records/material_database.h"
 #include "firn/contact_model.h"
+#include "tests/support/error_of.h"
 #include "tests/support/sample_records.h"
 
 namespace firn {
@@ -21,15 +20,6 @@ using test::ScratchFolder;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
-
-std::string refusal(const std::function<void()>& act) {
-  try {
-    act();
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "accepted";
-}
 
 // A block over a steel floor. `head` and `laws` are what the tests vary.
 std::string case_text(const std::string& head, const std::string& laws) {
@@ -134,12 +124,12 @@ TEST_F(MaterialApplication, ARequestGoesBeforeTheRecordOfTheCaseToo) {
 }
 
 TEST_F(MaterialApplication, TwoRecordsDoNotSetTheSameKey) {
-  EXPECT_THAT(refusal([&] {
+  EXPECT_THAT(test::error_of([&] {
                 read(case_text("", restitution), {"ice-steel", "other"});
               }),
               HasSubstr("other@1: sets interactions.ice-ice.static_friction, as ice-steel@2 does"));
   const std::string two = named + "[[material_records]]\nrecord = \"other\"\n";
-  EXPECT_THAT(refusal([&] { read(case_text(two, restitution)); }),
+  EXPECT_THAT(test::error_of([&] { read(case_text(two, restitution)); }),
               HasSubstr("c.toml:7: material_records.1.record: material other@1: sets"));
 }
 
@@ -169,9 +159,9 @@ TEST_F(MaterialApplication, SamplesAndAnchors) {
   EXPECT_NE(floor(third), 0.3);
   EXPECT_EQ(floor(read(case_text("", restitution), {"ice-steel#answer"})), 0.3);
   EXPECT_EQ(floor(read(case_text(named + "anchor = \"answer\"\n", restitution))), 0.3);
-  EXPECT_THAT(refusal([&] { read(case_text("", restitution), {"ice-steel@1#1"}); }),
+  EXPECT_THAT(test::error_of([&] { read(case_text("", restitution), {"ice-steel@1#1"}); }),
               HasSubstr("no posterior ensemble"));
-  EXPECT_THAT(refusal([&] { read(case_text(named + "sample = 0\n", restitution)); }),
+  EXPECT_THAT(test::error_of([&] { read(case_text(named + "sample = 0\n", restitution)); }),
               HasSubstr("c.toml:6: material_records.0.sample"));
   // --set chooses another one.
   EXPECT_EQ(floor(read(case_text(named + "sample = 1\n", restitution), {},
@@ -183,24 +173,26 @@ TEST_F(MaterialApplication, AHashPinsTheContent) {
   const std::string hash = MaterialDatabase(request_.database).find("ice-steel", 1).sha256;
   const std::string one = "[[material_records]]\nrecord = \"ice-steel@1\"\nsha256 = \"";
   EXPECT_EQ(floor(read(case_text(one + hash + "\"\n", restitution))), 0.3);
-  EXPECT_THAT(refusal([&] { read(case_text(one + std::string(64, '0') + "\"\n", restitution)); }),
-              HasSubstr("has the hash " + hash));
+  EXPECT_THAT(
+      test::error_of([&] { read(case_text(one + std::string(64, '0') + "\"\n", restitution)); }),
+      HasSubstr("has the hash " + hash));
 }
 
 TEST_F(MaterialApplication, WhatDoesNotFitIsReported) {
   EXPECT_THAT(
-      refusal([&] { read(case_text("", restitution), {"ice-polyethylene-friction-2023"}); }),
+      test::error_of([&] { read(case_text("", restitution), {"ice-polyethylene-friction-2023"}); }),
       HasSubstr("holds no value for a case whose materials are ice, steel"));
-  EXPECT_THAT(refusal([&] { read(case_text("[[material_records]]\nrecord = \"nope\"\n", "")); }),
-              HasSubstr("c.toml:5: material_records.0.record: material nope: unknown"));
-  EXPECT_THAT(refusal([&] {
+  EXPECT_THAT(
+      test::error_of([&] { read(case_text("[[material_records]]\nrecord = \"nope\"\n", "")); }),
+      HasSubstr("c.toml:5: material_records.0.record: material nope: unknown"));
+  EXPECT_THAT(test::error_of([&] {
                 read(
                     case_text("[[material_records]]\nrecord = \"ice-steel@1\"\nsha256 = \"x\"\n"
                               "sets = [\"materials.ice.poisson_ratio\"]\n",
                               restitution));
               }),
               HasSubstr("which the case does not give"));
-  EXPECT_THAT(refusal([&] { read(case_text("material_records = 1\n", restitution)); }),
+  EXPECT_THAT(test::error_of([&] { read(case_text("material_records = 1\n", restitution)); }),
               HasSubstr("c.toml:4"));
 }
 
@@ -240,7 +232,7 @@ TEST_F(MaterialApplication, NumbersOfAPairThatTheCaseHasNoLawForAreReported) {
       read(text(""), {record}, {modulus, {"interactions.ice-ice.restitution", "0.3"}});
   EXPECT_THAT(whole.material_records[0].applied_keys, Contains(friction));
   // A case that names the record itself wants all of it.
-  EXPECT_THAT(refusal([&] {
+  EXPECT_THAT(test::error_of([&] {
                 read(text("[[material_records]]\nrecord = \"" + record + "\"\n"), {}, {modulus});
               }),
               HasSubstr("interactions.ice-ice.restitution"));

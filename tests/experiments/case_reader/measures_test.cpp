@@ -6,6 +6,7 @@
 
 #include "experiments/case_reader/read_case.h"
 #include "tests/support/bench_run.h"
+#include "tests/support/error_of.h"
 #include "tests/support/scratch_folder.h"
 
 namespace firn {
@@ -53,12 +54,7 @@ Case read(const std::vector<Override>& overrides = {}) {
 }
 
 std::string error_of(const std::vector<Override>& overrides) {
-  try {
-    read(overrides);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
+  return test::error_of([&] { read(overrides); });
 }
 
 TEST(PlacedGrid, StandsInRowsAndScattersWithinItsHalfWidths) {
@@ -126,7 +122,7 @@ TEST(Measures, AreReadWithTheirDefaults) {
 }
 
 TEST(Measures, MistakesAreNamed) {
-  EXPECT_THAT(error_of({{"measure.0.boundary", "flor"}}), HasSubstr("nearest known"));
+  EXPECT_THAT(error_of({{"measure.0.boundary", "flor"}}), HasSubstr("did you mean \"floor\"?"));
   EXPECT_THAT(error_of({{"measure.0.kind", "slipp"}}), HasSubstr("slip"));
   EXPECT_THAT(error_of({{"measure.0.run", "1 mm"}}), HasSubstr("less than the slip"));
   EXPECT_THAT(error_of({{"measure.1.tag", "9"}}), HasSubstr("no particle carries 9"));

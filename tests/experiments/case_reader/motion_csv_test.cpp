@@ -11,6 +11,7 @@
 
 #include "experiments/case/case.h"
 #include "experiments/case_reader/read_case.h"
+#include "tests/support/error_of.h"
 #include "tests/support/results_folder.h"
 
 namespace firn {
@@ -54,15 +55,10 @@ class MotionCsvTest : public ResultsFolder {
   const Motion& motion(const Case& c) const { return c.model.boundaries[0].motions[0]; }
   // Without the folder's name.
   std::string error_of(const std::string& csv, const std::vector<Override>& overrides = {}) const {
-    try {
-      read(csv, overrides);
-    } catch (const InputError& e) {
-      std::string text = e.what();
-      for (std::size_t at = 0; (at = text.find(path(""))) != text.npos;)
-        text.erase(at, path("").size());
-      return text;
-    }
-    return "";
+    std::string text = test::error_if_any([&] { read(csv, overrides); });
+    for (std::size_t at = 0; (at = text.find(path(""))) != text.npos;)
+      text.erase(at, path("").size());
+    return text;
   }
 };
 

@@ -13,6 +13,8 @@
 
 #include "experiments/case/case.h"
 #include "tests/experiments/case_reader/two_cubes_case.h"
+#include "tests/support/error_of.h"
+#include "tests/support/read_text.h"
 #include "tests/support/scratch_folder.h"
 
 namespace firn {
@@ -105,14 +107,9 @@ TEST(Case, UnstableTimeStepIsRefusedUnlessAllowed) {
   EXPECT_NEAR(read(given(quarter / 3.001, false)).steps_taken, 3.001, 1e-6);
   EXPECT_NEAR(read(given(quarter / 10, false)).steps_taken, 10, 1e-6);
   for (const double steps : {2.999, 2.0, 0.8}) {
-    try {
-      read(given(quarter / steps, false));
-      ADD_FAILURE() << steps << " steps were accepted";
-    } catch (const InputError& e) {
-      EXPECT_THAT(e.what(), testing::HasSubstr("case.timestep"));
-      EXPECT_THAT(e.what(),
-                  testing::HasSubstr(fmt::format("expected at most {:.4g} s", quarter / 3)));
-    }
+    const std::string message = test::error_of([&] { read(given(quarter / steps, false)); });
+    EXPECT_THAT(message, testing::HasSubstr("case.timestep")) << steps;
+    EXPECT_THAT(message, testing::HasSubstr(fmt::format("expected at most {:.4g} s", quarter / 3)));
     EXPECT_NEAR(read(given(quarter / steps, true)).steps_taken, steps, 1e-6);
   }
   EXPECT_THROW(read(with("seed = 7", "steps_per_loading = 2")), InputError);
@@ -203,20 +200,8 @@ TEST(Case, MeshesAreFoundByContent) {
   // The resolved text knows where the file lies and what was in it.
   EXPECT_EQ(read_case_text(c.resolved, "r.toml", "/nowhere").resolved, c.resolved);
   write_tetrahedron(11);
-  EXPECT_THROW(
-      {
-        try {
-          read_case_text(c.resolved, "r.toml", "/nowhere");
-        } catch (const InputError& error) {
-          EXPECT_NE(std::string(error.what())
-                        .find("t.stl\" has changed; expected the content with "
-                              "SHA-256 "),
-                    std::string::npos)
-              << error.what();
-          throw;
-        }
-      },
-      InputError);
+  EXPECT_THAT(test::error_of([&] { read_case_text(c.resolved, "r.toml", "/nowhere"); }),
+              testing::HasSubstr("t.stl\" has changed; expected the content with SHA-256 "));
   std::filesystem::remove_all(folder);
   EXPECT_EQ(error_of(with("kind = \"box\"\nsize = \"0.1 0.1 0.1 m\"",
                           "kind = \"mesh\"\nlength_unit = \"mm\"\nfile = \"none.stl\"")),
@@ -263,35 +248,24 @@ TEST(Case, OverridesReachEveryValue) {
 }
 
 TEST(CaseFile, ExampleOfTheManualIsACase) {
-  std::ifstream in(FIRN_SOURCE_DIR "/docs/case-files.md");
-  const std::string manual{std::istreambuf_iterator<char>(in), {}};
+  const std::string manual = test::read_text(FIRN_SOURCE_DIR "/docs/case-files.md");
   const std::size_t first = manual.find("```toml\n") + 8;
   const Case c = read(manual.substr(first, manual.find("```", first) - first));
   EXPECT_EQ(c.model.particles.size(), 1u);
 }
 
 TEST(CaseFile, MissingFileIsNamed) {
-  try {
-    read_case("nowhere/none.toml");
-    FAIL() << "no error";
-  } catch (const InputError& error) {
-    EXPECT_STREQ(
-        error.what(),
-        "nowhere/none.toml: cannot be opened: No such file or directory; expected a case file");
-  }
+  EXPECT_EQ(test::error_of([] { read_case("nowhere/none.toml"); }),
+            "nowhere/none.toml: cannot be opened: No such file or directory; expected a case file");
 }
 
 TEST(CaseFile, OldPathOfAShippedFileNamesTheNewOne) {
   const test::ScratchFolder folder("moved");
   std::filesystem::create_directories(folder.path() / "cases/slope");
   std::ofstream(folder / "cases/slope/case.toml") << "[case]\n";
-  try {
-    read_case(folder / "experiments/slope/case.toml");
-    FAIL() << "no error";
-  } catch (const InputError& error) {
-    EXPECT_EQ(error.what(), (folder / "experiments/slope/case.toml") + ": has moved to " +
-                                (folder / "cases/slope/case.toml") + "; expected a case file");
-  }
+  EXPECT_EQ(test::error_of([&] { read_case(folder / "experiments/slope/case.toml"); }),
+            (folder / "experiments/slope/case.toml") + ": has moved to " +
+                (folder / "cases/slope/case.toml") + "; expected a case file");
 }
 
 }  // namespace

@@ -2,13 +2,14 @@
 // with.
 #pragma once
 
-#include <gtest/gtest.h>
-
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "experiments/case/case.h"
 #include "experiments/case_reader/read_case.h"
+#include "tests/support/error_of.h"
+#include "tests/support/replaced.h"
 
 namespace firn::two_cubes {
 
@@ -101,22 +102,16 @@ frame_interval = "1 ms"
 // The text with its first `from` replaced; a test that replaces nothing would prove nothing.
 inline std::string with(const std::string& from, const std::string& to,
                         std::string text = kTwoCubes) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return at == std::string::npos ? text : text.replace(at, from.size(), to);
+  return test::replaced(std::move(text), from, to);
 }
 
 inline Case read(const std::string& text, const std::vector<Override>& overrides = {}) {
   return read_case_text(text, "c.toml", ".", overrides);
 }
 
+// Empty: the case is accepted.
 inline std::string error_of(const std::string& text, const std::vector<Override>& overrides = {}) {
-  try {
-    read(text, overrides);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
+  return test::error_if_any([&] { read(text, overrides); });
 }
 
 inline std::string error_of_set(const std::string& override_text) {

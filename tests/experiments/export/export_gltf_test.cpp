@@ -4,14 +4,13 @@
 
 #include <cmath>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "experiments/case_reader/read_case.h"
 #include "experiments/export/export.h"
 #include "experiments/run/run.h"
 #include "experiments/system/process.h"
+#include "tests/support/read_text.h"
 #include "tests/support/results_folder.h"
 #include "tests/support/tray_case.h"
 
@@ -27,8 +26,7 @@ struct Glb {
   std::string binary;
 
   explicit Glb(const std::string& file) {
-    std::ifstream in(file, std::ios::binary);
-    const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+    const std::string bytes = test::read_text(file);
     const auto word = [&](std::size_t at) {
       std::uint32_t value = 0;
       std::memcpy(&value, bytes.data() + at, 4);

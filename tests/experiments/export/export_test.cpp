@@ -7,9 +7,9 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
 #include "experiments/case_reader/read_case.h"
+#include "tests/support/read_text.h"
 #include "tests/support/results_folder.h"
 
 namespace firn {
@@ -162,10 +162,8 @@ for name in ("particles", "boundaries"):
 
 TEST_F(ExportTest, ContactPartsAreASmallerMesh) {
   export_vtk(*recording_, directory_.string(), {.contact_parts = true});
-  std::ifstream in(directory_ / "particles/particles_000000.vtp", std::ios::binary);
-  std::stringstream text;
-  text << in.rdbuf();
-  EXPECT_THAT(text.str(), HasSubstr("NumberOfPolys=\"6\""));  // the faces of a box
+  EXPECT_THAT(test::read_text(directory_ / "particles/particles_000000.vtp"),
+              HasSubstr("NumberOfPolys=\"6\""));  // the faces of a box
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 
 #include "experiments/material_records/material_json.h"
 #include "experiments/storage/sqlite_file.h"
+#include "tests/support/error_of.h"
 #include "tests/support/sample_records.h"
 
 namespace firn {
@@ -25,15 +26,6 @@ using test::published_record;
 using test::ScratchFolder;
 using testing::HasSubstr;
 using Access = MaterialDatabase::Access;
-
-std::string refusal(const std::function<void()>& act) {
-  try {
-    act();
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "accepted";
-}
 
 // Runs it in a separate process; its exit status, 99 for an exception.
 pid_t in_process(const std::function<int()>& act) {
@@ -67,9 +59,9 @@ TEST(MaterialDatabase, VersionsSupersedeAndStay) {
   EXPECT_EQ(reader.find("ice-steel", 1).record.parameters[0].value, 0.1);
   EXPECT_EQ(reader.history("ice-steel").size(), 2u);
   EXPECT_TRUE(reader.integrity_errors("ice-steel").empty());
-  EXPECT_THAT(refusal([&] { reader.find("ice-steel", 3); }), HasSubstr("the newest is 2"));
-  EXPECT_THAT(refusal([&] { reader.find("ice-stel"); }),
-              HasSubstr("nearest known one is \"ice-steel\""));
+  EXPECT_THAT(test::error_of([&] { reader.find("ice-steel", 3); }), HasSubstr("the newest is 2"));
+  EXPECT_THAT(test::error_of([&] { reader.find("ice-stel"); }),
+              HasSubstr("did you mean \"ice-steel\"?"));
 }
 
 TEST(MaterialDatabase, ShippedRecordsAreThereWithoutAFile) {
@@ -79,9 +71,10 @@ TEST(MaterialDatabase, ShippedRecordsAreThereWithoutAFile) {
   EXPECT_TRUE(database.find("paper-table-1").shipped);
   EXPECT_FALSE(std::filesystem::exists(folder / "m.db"));  // reading makes nothing
   MaterialDatabase writer(folder / "m.db", Access::write);
-  EXPECT_THAT(refusal([&] { writer.add({published_record("paper-table-1")}); }),
+  EXPECT_THAT(test::error_of([&] { writer.add({published_record("paper-table-1")}); }),
               HasSubstr("ships with Firn; expected another name"));
-  EXPECT_THAT(refusal([&] { writer.require_writable_name("a@2"); }), HasSubstr("more than a name"));
+  EXPECT_THAT(test::error_of([&] { writer.require_writable_name("a@2"); }),
+              HasSubstr("more than a name"));
 }
 
 TEST(MaterialDatabase, AddingIsAllOrNothing) {
@@ -89,8 +82,11 @@ TEST(MaterialDatabase, AddingIsAllOrNothing) {
   MaterialDatabase database(folder / "m.db", Access::write);
   MaterialRecord bad = published_record("bad");
   bad.provenance.author = "";
-  EXPECT_THAT(refusal([&] { database.add({published_record("good"), bad}); }), HasSubstr("author"));
-  EXPECT_THAT(refusal([&] { database.find("good"); }), HasSubstr("unknown"));
+  EXPECT_THAT(test::error_of([&] {
+                database.add({published_record("good"), bad});
+              }),
+              HasSubstr("author"));
+  EXPECT_THAT(test::error_of([&] { database.find("good"); }), HasSubstr("unknown"));
 }
 
 // Neither this program nor another one that opens the file can change or remove what is written.
@@ -145,15 +141,16 @@ TEST(MaterialDatabase, ExportAndImportAreExact) {
   EXPECT_TRUE(to.integrity_errors("ice-steel").empty());
   // A history without its beginning, another content under the same name, a content not its own.
   MaterialDatabase third(folder / "c.db", Access::write);
-  EXPECT_THAT(refusal([&] { third.import({all[1]}); }), HasSubstr("version 1 is not here"));
+  EXPECT_THAT(test::error_of([&] { third.import({all[1]}); }), HasSubstr("version 1 is not here"));
   MaterialRecord mine = published_record();
   mine.note = "mine";
   third.add({mine});
-  EXPECT_THAT(refusal([&] { third.import({all[0]}); }), HasSubstr("another content"));
-  EXPECT_THAT(refusal([&] { third.import({all[1]}); }), HasSubstr("does not supersede"));
+  EXPECT_THAT(test::error_of([&] { third.import({all[0]}); }), HasSubstr("another content"));
+  EXPECT_THAT(test::error_of([&] { third.import({all[1]}); }), HasSubstr("does not supersede"));
   StoredRecord wrong = all[2];
   wrong.record.note = "changed on the way";
-  EXPECT_THAT(refusal([&] { third.import({wrong}); }), HasSubstr("hash that the file gives"));
+  EXPECT_THAT(test::error_of([&] { third.import({wrong}); }),
+              HasSubstr("hash that the file gives"));
   // Shipped records come back in an export of everything.
   EXPECT_TRUE(third.import({third.find("paper-text")}).empty());
 }
@@ -271,15 +268,16 @@ TEST(MaterialDatabase, ForeignFilesAreRefusedAndLeftAlone) {
   const ScratchFolder folder("foreign");
   std::ofstream(folder / "text") << "this is no database, but long enough to be looked at as one";
   for (const Access access : {Access::read, Access::write})
-    EXPECT_THAT(refusal([&] { MaterialDatabase(folder / "text", access); }), HasSubstr("expected"));
+    EXPECT_THAT(test::error_of([&] { MaterialDatabase(folder / "text", access); }),
+                HasSubstr("expected"));
   {
     sqlite::File other(folder / "study.db", sqlite::File::Access::write);
     other.execute("CREATE TABLE runs (x)");
   }
   for (const Access access : {Access::read, Access::write})
-    EXPECT_THAT(refusal([&] { MaterialDatabase(folder / "study.db", access); }),
+    EXPECT_THAT(test::error_of([&] { MaterialDatabase(folder / "study.db", access); }),
                 HasSubstr("is the database of something else"));
-  EXPECT_THAT(refusal([&] { MaterialDatabase(folder.path().string(), Access::write); }),
+  EXPECT_THAT(test::error_of([&] { MaterialDatabase(folder.path().string(), Access::write); }),
               HasSubstr("expected"));
 }
 
@@ -291,7 +289,7 @@ TEST(MaterialDatabase, ANewerSchemaIsRefused) {
     raw.execute("PRAGMA user_version = 99");
   }
   for (const Access access : {Access::read, Access::write})
-    EXPECT_THAT(refusal([&] { MaterialDatabase(folder / "m.db", access); }),
+    EXPECT_THAT(test::error_of([&] { MaterialDatabase(folder / "m.db", access); }),
                 HasSubstr("its schema is of version 99, of a newer Firn; this one reads up to 1"));
 }
 
@@ -320,7 +318,7 @@ TEST(SqliteFile, MigrationsAreTakenInOrderOnceByTheFirstProcess) {
     EXPECT_EQ(sum.integer(0), 30);
     EXPECT_EQ(sum.integer(1), 2);
   }
-  EXPECT_THAT(refusal([&] { sqlite::migrate(file, first); }), HasSubstr("of a newer Firn"));
+  EXPECT_THAT(test::error_of([&] { sqlite::migrate(file, first); }), HasSubstr("of a newer Firn"));
 }
 
 // What a schema can do by itself: compute without end, or change what is written.
@@ -341,7 +339,7 @@ TEST(SqliteFile, OnlyTablesIndicesAndItsOwnTriggersAreTaken) {
       made.execute(sql);
     }
     for (const auto access : {sqlite::File::Access::read, sqlite::File::Access::write})
-      EXPECT_THAT(refusal([&] { sqlite::File(folder / "m.db", access); }),
+      EXPECT_THAT(test::error_of([&] { sqlite::File(folder / "m.db", access); }),
                   HasSubstr(std::string("has ") + said + ", which Firn does not make"));
   }
 }
@@ -349,7 +347,7 @@ TEST(SqliteFile, OnlyTablesIndicesAndItsOwnTriggersAreTaken) {
 TEST(SqliteFile, LongRowsAreRefused) {
   const ScratchFolder folder("long");
   sqlite::File file(folder / "m.db", sqlite::File::Access::write);
-  EXPECT_THAT(refusal([&] { sqlite::Statement(file, "SELECT zeroblob(300000000)").next(); }),
+  EXPECT_THAT(test::error_of([&] { sqlite::Statement(file, "SELECT zeroblob(300000000)").next(); }),
               HasSubstr("holds more than 268435456 bytes in one row"));
 }
 

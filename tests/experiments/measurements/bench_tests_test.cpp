@@ -10,6 +10,9 @@
 #include "experiments/case_reader/read_case.h"
 #include "experiments/measurements/measurement.h"
 #include "tests/support/bench_run.h"
+#include "tests/support/error_of.h"
+#include "tests/support/read_text.h"
+#include "tests/support/replaced.h"
 
 namespace firn {
 namespace {
@@ -65,16 +68,8 @@ class BenchTests : public testing::Test {
   }
   // The file with one piece of its text exchanged is refused with these words.
   void refused(const std::string& from, const std::string& to, const std::string& why) const {
-    std::string text = kTwoTests;
-    const std::size_t at = text.find(from);
-    ASSERT_NE(at, text.npos) << from;
-    text.replace(at, from.size(), to);
-    try {
-      read(text);
-      ADD_FAILURE() << "accepted: " << to;
-    } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr(why));
-    }
+    const std::string text = test::replaced(kTwoTests, from, to);
+    EXPECT_THAT(test::error_of([&] { read(text); }), HasSubstr(why)) << to;
   }
   const test::ScratchFolder folder_{"bench-tests"};
 };
@@ -129,14 +124,10 @@ TEST(ShippedBenchTests, EveryFormIsRefusedUntilItIsFilledIn) {
     for (const BenchResponse& response : test.responses) {
       if (test.name == "drained_repose") continue;  // has been measured
       ++forms;
-      std::ifstream stream(response.measurement);
-      std::string text{std::istreambuf_iterator<char>(stream), {}};
-      try {
-        read_measurement_text(text, "form.toml");
-        ADD_FAILURE() << response.measurement << " is accepted as it is";
-      } catch (const InputError& error) {
-        EXPECT_THAT(error.what(), HasSubstr("values: has fewer than two entries"));
-      }
+      std::string text = test::read_text(response.measurement);
+      EXPECT_THAT(test::error_of([&] { read_measurement_text(text, "form.toml"); }),
+                  HasSubstr("values: has fewer than two entries"))
+          << response.measurement;
       const std::string empty = "values = []";
       ASSERT_NE(text.find(empty), text.npos);
       const std::string unit = response.unit == "1" ? "" : " " + response.unit;

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "experiments/measurements/measurement.h"
+#include "tests/support/error_of.h"
 #include "tests/support/results_folder.h"
 
 namespace firn {
@@ -27,12 +28,7 @@ class MeasuredDataTest : public ResultsFolder {
         path("m.toml"));
   }
   std::string complaint(const std::string& data) const {
-    try {
-      read(data);
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "none";
+    return test::error_of([&] { read(data); });
   }
   void csv(const std::string& text) const { std::ofstream(path("a.csv")) << text; }
 };
@@ -56,13 +52,8 @@ TEST_F(MeasuredDataTest, RecordedOnesNeedDataAndNoStatement) {
     return read_measurement_text("name = \"n\"\nstatus = \"recorded\"\nsource = \"s\"\n" + text,
                                  path("m.toml"));
   };
-  const auto complaint = [&](const std::string& text) -> std::string {
-    try {
-      recorded(text);
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "none";
+  const auto complaint = [&](const std::string& text) {
+    return test::error_of([&] { recorded(text); });
   };
   const std::string data = "[data]\n" + std::string(kTrace);
   EXPECT_THAT(complaint(data), HasSubstr("a.csv does not exist; expected what was recorded"));
@@ -211,18 +202,13 @@ TEST_F(MeasuredDataTest, MistakesHaveTheirPlace) {
 TEST(Claims, MistakesAreOneLineWithTheirPlace) {
   const std::string head =
       "name = \"n\"\nstatus = \"qualitative\"\nstatement = \"s\"\nsource = \"s\"\n[[criteria]]\n";
-  const auto complaint = [&](const std::string& text) -> std::string {
-    try {
-      read_measurement_text(head + text, "m.toml");
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "none";
+  const auto complaint = [&](const std::string& text) {
+    return test::error_if_any([&] { read_measurement_text(head + text, "m.toml"); });
   };
   const std::string whole =
       "statement = \"s\"\nlhs = \"a\"\nrhs = \"b\"\nrationale = \"c\"\nfactor = "
       "2\nobserved_once_in = 3\n";
-  EXPECT_EQ(complaint(whole), "none");
+  EXPECT_EQ(complaint(whole), "");
   EXPECT_THAT(complaint("statement = \"s\"\nlhs = \"a\"\nrhs = \"b\"\n"),
               HasSubstr("rationale: missing"));
   EXPECT_THAT(complaint("statement = \"\"\nlhs = \"a\"\nrhs = \"b\"\nrationale = \"c\"\n"),

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "firn/math.h"
+#include "tests/support/error_of.h"
 #include "tests/support/results_folder.h"
 
 namespace firn {
@@ -18,12 +19,7 @@ const std::string kHead =
     "name = \"n\"\nresponse = \"r\"\nstatus = \"measured\"\nsource = \"bench\"\n";
 
 std::string complaint(const std::string& text) {
-  try {
-    read_measurement_text(text, "m.toml");
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return test::error_of([&] { read_measurement_text(text, "m.toml"); });
 }
 
 TEST(Measurement, DrainedAngleOfReposeShipsWithItsAssumptionsNamed) {
@@ -82,14 +78,7 @@ TEST_F(MeasuredColumn, GivesTheRepeats) {
   const auto read = [&](const std::string& keys) {
     return read_measurement_text(with(keys), path("m.toml"));
   };
-  const auto refusal = [&](const std::string& keys) -> std::string {
-    try {
-      read(keys);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "none";
-  };
+  const auto refusal = [&](const std::string& keys) { return test::error_of([&] { read(keys); }); };
   EXPECT_THAT(refusal("column = \"angle\", unit = \"deg\""), HasSubstr("angles.csv"));
   csv("test;angle [deg];bounce\n1;9,5;0,31\n2;11;0,28\n3;12,5;0,31\n");
   const Measurement m = read("column = \"angle\", unit = \"deg\"");

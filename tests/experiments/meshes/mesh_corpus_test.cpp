@@ -12,6 +12,7 @@
 
 #include "experiments/meshes/mesh_file.h"
 #include "firn/shape.h"
+#include "tests/support/error_of.h"
 #include "tests/support/replaced.h"
 #include "tests/support/scratch_folder.h"
 
@@ -27,14 +28,10 @@ std::string outcome(const std::string& name, const std::string& text) {
   ShapeOptions options;
   options.density = 900;
   options.young_modulus = 1e6;
-  std::string said = "accepted";
-  try {
-    make_mesh(read_mesh_file(file, 1e-3, kParticleMesh).mesh, options);
-  } catch (const InputError& error) {
-    said = error.what();
-  }
+  const std::string said = test::error_if_any(
+      [&] { make_mesh(read_mesh_file(file, 1e-3, kParticleMesh).mesh, options); });
   std::filesystem::remove(file);
-  return said;
+  return said.empty() ? "accepted" : said;
 }
 
 // A tetrahedron, in OBJ and in STL, and changes of it.

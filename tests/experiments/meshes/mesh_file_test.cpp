@@ -8,10 +8,11 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <limits>
 
 #include "firn/shape.h"
+#include "tests/support/error_of.h"
+#include "tests/support/read_text.h"
 #include "tests/support/scratch_folder.h"
 
 namespace firn {
@@ -28,10 +29,7 @@ class StlFile : public testing::Test {
   void TearDown() override { std::filesystem::remove(file); }
 
   void put(const std::string& bytes) const { std::ofstream(file, std::ios::binary) << bytes; }
-  std::string get() const {
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
+  std::string get() const { return test::read_text(file); }
   // Changes the bytes of a good binary file.
   template <typename Change>
   void spoil(Change change) {
@@ -42,14 +40,10 @@ class StlFile : public testing::Test {
   }
   // The one line of the refusal.
   std::string refusal() const {
-    try {
-      read_stl(file, 1e-3);
-    } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), StartsWith(file + ":"));
-      EXPECT_THAT(error.what(), testing::Not(HasSubstr("\n")));
-      return error.what();
-    }
-    return "accepted";
+    const std::string message = test::error_of([&] { read_stl(file, 1e-3); });
+    EXPECT_THAT(message, StartsWith(file + ":"));
+    EXPECT_THAT(message, testing::Not(HasSubstr("\n")));
+    return message;
   }
 };
 

@@ -11,6 +11,7 @@
 #include "experiments/meshes/mesh_file.h"
 #include "experiments/meshes/mesh_repair.h"
 #include "experiments/meshes/wall_solids.h"
+#include "tests/support/error_of.h"
 #include "tests/support/results_folder.h"
 
 namespace firn {
@@ -48,12 +49,7 @@ class ObjFile : public ResultsFolder {
     return read_mesh_file(path("x.OBJ"), 1e-3).mesh;
   }
   std::string error_of(const std::string& text) const {
-    try {
-      read(text);
-    } catch (const InputError& e) {
-      return std::string(e.what()).substr(path("").size());
-    }
-    return "";
+    return test::error_of([&] { read(text); }).substr(path("").size());
   }
 };
 

@@ -8,6 +8,7 @@
 
 #include "experiments/analysis/channel_filter.h"
 #include "experiments/case_reader/read_case.h"
+#include "tests/support/error_of.h"
 #include "tests/support/results_folder.h"
 
 namespace firn {
@@ -99,13 +100,8 @@ TEST_F(Accelerometer, ReadsTheSpringsAcceleration) {
 }
 
 TEST_F(Accelerometer, NeedsFramesAndAPartThatMoves) {
-  const auto complaint = [](const Override& set) -> std::string {
-    try {
-      read_case_text(kSpring, "spring.toml", ".", {set});
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "none";
+  const auto complaint = [](const Override& set) {
+    return test::error_of([&] { read_case_text(kSpring, "spring.toml", ".", {set}); });
   };
   EXPECT_THAT(complaint({"output.frame_interval", "1 ms"}),
               HasSubstr("needs a sample every 0.167 ms, and frames are 1 ms apart"));

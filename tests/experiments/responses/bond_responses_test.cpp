@@ -15,6 +15,7 @@
 #include "experiments/results/bond_results.h"
 #include "experiments/run/run.h"
 #include "experiments/storage/hdf5_file.h"
+#include "tests/support/error_of.h"
 #include "tests/support/results_folder.h"
 
 namespace firn {
@@ -79,12 +80,7 @@ std::string joined(const std::string& more = "source = \"mold\"") {
 
 Case read(const std::string& text) { return read_case_text(text, "bonds.toml", "."); }
 std::string complaint(const std::string& text) {
-  try {
-    read(text);
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "none";
+  return test::error_of([&] { read(text); });
 }
 
 TEST(BondCase, NeighborsOfEachBatchAreJoined) {

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "experiments/case_reader/read_case.h"
+#include "tests/support/error_of.h"
 #include "tests/support/results_folder.h"
 
 namespace firn {
@@ -132,13 +133,8 @@ TEST_F(Curves, LoadsAreMeansOverTheirStage) {
 }
 
 TEST_F(Curves, AreRefusedInOneLine) {
-  const auto complaint = [](const std::string& key, const std::string& value) -> std::string {
-    try {
-      read_case_text(kBench, "bench.toml", ".", {{key, value}});
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "none";
+  const auto complaint = [](const std::string& key, const std::string& value) {
+    return test::error_of([&] { read_case_text(kBench, "bench.toml", ".", {{key, value}}); });
   };
   EXPECT_THAT(complaint("measure.press.boundary", "nothing"), HasSubstr("nothing"));
   EXPECT_THAT(complaint("measure.press.motion_frame", "cup"), HasSubstr("expected one of them"));

@@ -11,12 +11,13 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <thread>
 
 #include "experiments/results/checkpoint.h"
 #include "experiments/results/recorder.h"
 #include "experiments/results/results_writer.h"
+#include "tests/support/error_of.h"
+#include "tests/support/read_text.h"
 #include "tests/support/results_folder.h"
 
 namespace firn {
@@ -77,20 +78,12 @@ std::string make_file(const std::string& file, int particles, int frames) {
 }
 
 std::string error_of(const std::string& file) {
-  try {
+  return test::error_if_any([&] {
     const Recording recording(file);
     if (recording.frame_times().size() > 0) recording.frame(0);
     recording.status();
     recording.stages();
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "";
-}
-
-std::string bytes_of(const std::string& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
+  });
 }
 
 void write_bytes(const std::string& file, const std::string& bytes) {
@@ -151,7 +144,7 @@ TEST_F(ResultsFile, KeepsResponses) {
 }
 
 TEST_F(ResultsFile, DamagedOrForeignFileIsOneSentence) {
-  const std::string whole = bytes_of(make_file(path("run.h5"), 300, 10));
+  const std::string whole = test::read_text(make_file(path("run.h5"), 300, 10));
   const std::string file = path("damaged.h5");
   for (std::size_t size :
        {std::size_t{0}, std::size_t{8}, std::size_t{96}, whole.size() / 2, whole.size() - 1}) {
@@ -177,7 +170,7 @@ TEST_F(ResultsFile, SurvivesScatteredDamage) {
   GTEST_SKIP() << "HDF5 1.10.8 frees names that it has not read where a group's links are damaged; "
                   "see docs/testing.md";
 #endif
-  const std::string whole = bytes_of(make_file(path("run.h5"), 3, 5));
+  const std::string whole = test::read_text(make_file(path("run.h5"), 3, 5));
   const std::string file = path("damaged.h5");
   int refused = 0;
   for (std::size_t at = 8; at < std::min<std::size_t>(whole.size(), 12000); at += 37) {
@@ -219,7 +212,7 @@ TEST_F(ResultsFile, EarlierResultsAreKept) {
   EXPECT_EQ(rename_earlier_results(file), "");
   write_bytes(path("case.toml"), "[case]\n");
   EXPECT_THROW(rename_earlier_results(path("case.toml")), InputError);
-  EXPECT_EQ(bytes_of(path("case.toml")), "[case]\n");
+  EXPECT_EQ(test::read_text(path("case.toml")), "[case]\n");
 }
 
 TEST_F(ResultsFile, HasOneWriterAndAnyNumberOfReaders) {

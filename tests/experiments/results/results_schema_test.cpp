@@ -6,7 +6,6 @@
 
 #include <chrono>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <random>
 #include <set>
@@ -15,7 +14,9 @@
 #include "experiments/results/checkpoint.h"
 #include "experiments/results/contact_statistics_results.h"
 #include "experiments/results/results_file.h"
+#include "tests/support/error_of.h"
 #include "tests/support/full_case.h"
+#include "tests/support/read_text.h"
 #include "tests/support/results_folder.h"
 #include "tests/support/results_mutations.h"
 #include "tests/support/results_readers.h"
@@ -56,13 +57,7 @@ class ResultsSchema : public ResultsFolder {
     return error_of(file);
   }
   static std::string error_of(const std::string& file) {
-    try {
-      const Recording recording(file);
-      read_case(recording);
-      return "";
-    } catch (const InputError& e) {
-      return e.what();
-    }
+    return test::error_if_any([&] { read_case(Recording(file)); });
   }
 };
 
@@ -179,12 +174,7 @@ TEST_F(ResultsSchema, NamesTheValueOfATableWhenItIsRead) {
   const auto error_reading = [&](const char* dataset, double value, const auto& read) {
     EXPECT_EQ(error_after(whole(), [&](auto& m) { m.overwrite(dataset, 1, 1, value); }), "");
     const Recording recording(path("changed.h5"));
-    try {
-      read(recording);
-    } catch (const InputError& e) {
-      return std::string(e.what());
-    }
-    return std::string();
+    return test::error_of([&] { read(recording); });
   };
   const auto events = [](const Recording& r) { contact_events(r); };
   EXPECT_THAT(error_reading("/events/body_a", 7, events),
@@ -390,8 +380,7 @@ INSTANTIATE_TEST_SUITE_P(Members, ResultsSchemaLong,
                          testing::Range(std::uint64_t{0}, std::uint64_t{8}));
 
 TEST(ResultsPage, IsMadeFromTheSchema) {
-  std::ifstream in(FIRN_SOURCE_DIR "/docs/results.md");
-  const std::string page{std::istreambuf_iterator<char>(in), {}};
+  const std::string page = test::read_text(FIRN_SOURCE_DIR "/docs/results.md");
   EXPECT_THAT(page, HasSubstr("<!-- schema -->\n" + results::description() + "<!-- end -->\n"))
       << "docs/results.md is not up to date: run scripts/update-results-page.sh";
 }

@@ -7,6 +7,7 @@
 #include "experiments/responses/load_responses.h"
 #include "experiments/results/results_file.h"
 #include "experiments/run/run.h"
+#include "tests/support/error_of.h"
 #include "tests/support/replaced.h"
 #include "tests/support/results_folder.h"
 
@@ -79,12 +80,7 @@ points = 10
 )";
 
 std::string error_of(const std::string& text) {
-  try {
-    read_case_text(text, "c.toml", ".");
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "";
+  return test::error_if_any([&] { read_case_text(text, "c.toml", "."); });
 }
 
 using test::replaced;

@@ -11,6 +11,7 @@
 #include "experiments/responses/load_responses.h"
 #include "experiments/results/results_file.h"
 #include "experiments/run/run.h"
+#include "tests/support/error_of.h"
 #include "tests/support/replaced.h"
 #include "tests/support/results_folder.h"
 
@@ -107,12 +108,7 @@ y = "reaction_force"
 )";
 
 std::string coupling_error(const std::string& text) {
-  try {
-    read_case_text(text, "c.toml", ".");
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "";
+  return test::error_if_any([&] { read_case_text(text, "c.toml", "."); });
 }
 
 using test::replaced;
@@ -165,6 +161,106 @@ TEST_F(CouplingCase, StopTheRunWhereTheyCannotBeMet) {
   const RunSummary summary = run(c, options);
   EXPECT_EQ(summary.status, RunStatus::failed);
   EXPECT_THAT(summary.reason, HasSubstr("cannot meet its couplings at 0.1"));
+}
+
+// The ram with friction in the bearing of its crank and in the pin of its piston.
+std::string ram_with_friction() {
+  const std::string pin = "position = \"160 0 0 mm\"\n";
+  const std::size_t at = std::string(kRam).rfind(pin);
+  return replaced(std::string(kRam).replace(at, pin.size(),
+                                            pin + "direction = [0, 1, 0]\n"
+                                                  "friction_coefficient = 0.2\n"
+                                                  "bearing_radius = \"4 mm\"\n"),
+                  "motors = [{", "friction = \"0.01 N m\", motors = [{");
+}
+
+TEST_F(CouplingCase, ResultsHaveWhatFrictionDissipates) {
+  const std::string curves = R"(
+[[measure]]
+kind = "curve"
+name = "pin"
+coupling = "rod-piston"
+y = "dissipated_friction"
+[[measure]]
+kind = "curve"
+name = "crank"
+motion_frame = "crank"
+x = "coordinate"
+y = "dissipated_friction"
+)";
+  const Case c = read_case_text(ram_with_friction() + curves, "c.toml", ".");
+  EXPECT_EQ(c.model.couplings[0].friction_coefficient, 0.2);
+  EXPECT_EQ(c.model.couplings[0].bearing_radius, 4e-3);
+  EXPECT_EQ(c.model.couplings[0].direction, Vec3::UnitY());
+  const RunSummary summary = run(c, options("ram.h5"));
+  ASSERT_EQ(summary.status, RunStatus::finished);
+  const Recording recording(path("ram.h5"));
+  const std::vector<double> pin = recording.series("/couplings/rod-piston/dissipated_friction"),
+                            crank = recording.series("/motion_frames/crank/dissipated_friction"),
+                            angle = recording.series("/motion_frames/crank/coordinate");
+  EXPECT_FALSE(recording.contains("/motion_frames/rod/dissipated_friction"));
+  ASSERT_EQ(pin.size(), recording.frame_count());
+  for (std::size_t i = 1; i < pin.size(); ++i) EXPECT_GE(pin[i], pin[i - 1] - 1e-9);
+  EXPECT_GT(pin.back(), 5e-5);
+  for (std::size_t i = 0; i < crank.size(); ++i) EXPECT_NEAR(crank[i], 0.01 * angle[i], 1e-5);
+  const auto response = [&](const char* name) {
+    const auto at = std::ranges::find(summary.responses, name, &Response::name);
+    return at == summary.responses.end() ? std::vector<double>() : at->value;
+  };
+  EXPECT_EQ(response("rod-piston_dissipated_friction"), std::vector<double>{pin.back()});
+  EXPECT_EQ(response("crank_dissipated_joint_friction"), std::vector<double>{crank.back()});
+  EXPECT_EQ(response("rod_dissipated_joint_friction"), std::vector<double>());
+  EXPECT_EQ(response("pin_curve_y").back(), pin.back());
+  EXPECT_EQ(response("crank_curve_y").back(), crank.back());
+}
+
+TEST_F(CouplingCase, EnergiesOfItsPartsBalance) {
+  const Case c = read_case_text(ram_with_friction(), "c.toml", ".");
+  ASSERT_EQ(run(c, options("ram.h5")).status, RunStatus::finished);
+  const Recording recording(path("ram.h5"));
+  std::vector<double> sum(recording.frame_count(), 0);
+  const auto add = [&](const std::string& name, double sign) {
+    const std::vector<double> values = recording.series("/energy/" + name);
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += sign * values[i];
+    return values.back();
+  };
+  for (const char* name :
+       {"free_bodies_kinetic", "free_bodies_gravitational", "free_bodies_elastic",
+        "boundary_contacts_elastic", "dissipated_joint_damping", "dissipated_boundary_contacts"})
+    add(name, 1);
+  const double friction = add("dissipated_joint_friction", 1), work = add("free_bodies_work", -1);
+  EXPECT_NEAR(friction,
+              recording.series("/couplings/rod-piston/dissipated_friction").back() +
+                  recording.series("/motion_frames/crank/dissipated_friction").back(),
+              1e-12);
+  EXPECT_GT(work, friction);
+  for (const double value : sum) EXPECT_NEAR(value, sum[0], 1e-3 * work);
+}
+
+TEST(CouplingReader, RefusesFrictionThatHasNoUse) {
+  const auto with = [](const std::string& from, const std::string& to) {
+    return coupling_error(replaced(ram_with_friction(), from, to));
+  };
+  const std::string ball = "kind = \"ball\"\n", direction = "direction = [0, 1, 0]\n",
+                    coefficient = "friction_coefficient = 0.2\n",
+                    radius = "bearing_radius = \"4 mm\"\n";
+  EXPECT_EQ(coupling_error(ram_with_friction()), "");
+  EXPECT_EQ(with(ball, "kind = \"hinge\"\n"), "");
+  EXPECT_EQ(with(coefficient + radius, "friction = \"1 N mm\"\n"), "");
+  EXPECT_THAT(with(direction, ""), HasSubstr("direction"));
+  EXPECT_THAT(with(radius, ""), HasSubstr("bearing_radius"));
+  EXPECT_THAT(with(coefficient, ""), HasSubstr("expected a friction_coefficient with it"));
+  EXPECT_THAT(with(coefficient + radius, ""), HasSubstr("no use without friction"));
+  EXPECT_THAT(with(coefficient, "friction_coefficient = -1\n"), HasSubstr("is negative"));
+  EXPECT_THAT(with(ball, "kind = \"slot\"\n"), HasSubstr("bearing_radius"));
+  EXPECT_THAT(with(ball, "kind = \"weld\"\n"), HasSubstr("c.toml:"));
+  EXPECT_THAT(with(coefficient, coefficient + "friction = \"1 N\"\n"), HasSubstr("friction"));
+  const std::string curve =
+      "[[measure]]\nkind = \"curve\"\nname = \"a\"\ny = \"dissipated_friction\"\n";
+  EXPECT_THAT(coupling_error(std::string(kRam) + curve + "coupling = \"rod-piston\"\n"),
+              HasSubstr("without friction"));
+  EXPECT_THAT(coupling_error(std::string(kRam) + curve + "motion_frame = \"rod\"\n"),
+              HasSubstr("without friction"));
 }
 
 TEST(CouplingReader, RefusesWhatTiesNothingInOneLine) {

@@ -3,7 +3,6 @@
 
 #include <atomic>
 #include <chrono>
-#include <fstream>
 #include <random>
 #include <sstream>
 
@@ -12,16 +11,12 @@
 #include "experiments/run/run.h"
 #include "experiments/text/toml_document.h"
 #include "tests/app/robustness/hostile_inputs.h"
+#include "tests/support/error_of.h"
+#include "tests/support/read_text.h"
 #include "tests/support/results_folder.h"
 
 namespace firn {
 namespace {
-
-std::string file_text(const std::string& file) {
-  std::ostringstream text;
-  text << std::ifstream(file).rdbuf();
-  return text.str();
-}
 
 // A quantity is text that begins with a number: "20 mm", "0 0 1 m/s".
 bool is_quantity(const std::string& text) {
@@ -129,8 +124,8 @@ class ExtremeValues : public ResultsFolder {
   void attempts(int count, unsigned seed) {
     std::vector<std::string> cases = {cli::hostile::rich_case};
     for (const char* name : {"scene", "small_drain", "bonds", "two_boxes"})
-      cases.push_back(
-          file_text(FIRN_SOURCE_DIR "/tests/fuzz/corpus/case/" + std::string(name) + ".toml"));
+      cases.push_back(test::read_text(FIRN_SOURCE_DIR "/tests/fuzz/corpus/case/" +
+                                      std::string(name) + ".toml"));
     std::mt19937_64 random(seed);
     int taken = 0;
     for (int i = 0; i < count; ++i) {
@@ -151,12 +146,10 @@ TEST_F(ExtremeValuesLong, RunAFewStepsOrAreRefused) { attempts(5000, 17); }
 TEST_F(ExtremeValues, TimeAdvances) {
   const std::string base = cli::hostile::rich_case;
   const auto refusal = [&](const std::string& key, const std::string& value) {
-    try {
+    const std::string message = test::error_if_any([&] {
       read_case_text(base, "case.toml", path("."), {{key, value}});
-      return std::string("accepted");
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
+    });
+    return message.empty() ? "accepted" : message;
   };
   const auto expect = [&](const std::string& key, const std::string& value, const char* said) {
     EXPECT_NE(refusal(key, value).find(said), std::string::npos) << refusal(key, value);

@@ -6,6 +6,7 @@
 
 #include "experiments/case_reader/read_case.h"
 #include "experiments/run/run.h"
+#include "tests/support/error_of.h"
 #include "tests/support/results_folder.h"
 
 namespace firn {
@@ -39,12 +40,8 @@ std::string box(const std::string& name, const std::string& size, const std::str
 
 std::string interference_error(const std::string& scene,
                                const std::vector<Override>& overrides = {}) {
-  try {
-    check_machine(read_case_text(kHead + scene, "c.toml", ".", overrides));
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "";
+  return test::error_if_any(
+      [&] { check_machine(read_case_text(kHead + scene, "c.toml", ".", overrides)); });
 }
 
 // A blade of 100 mm that turns about z, and a post.
@@ -145,12 +142,9 @@ TEST_F(MachineCheckRun, RefusesASourceInAWallHoweverSharpItsShapes) {
   const std::string scene =
       "[[inlets]]\nname = \"s\"\nshape = \"cube\"\nposition = \"0 0 8 mm\"\n" +
       box("floor", "100 100 20", "0 0 -10");
-  try {
-    run(read_case_text(kHead + scene, "c.toml", "."), options("run.h5"));
-    FAIL() << "expected an error";
-  } catch (const InputError& e) {
-    EXPECT_THAT(e.what(), HasSubstr("body 1 of \"s\" at t = 0 s overlaps boundary \"floor\""));
-  }
+  EXPECT_THAT(
+      test::error_of([&] { run(read_case_text(kHead + scene, "c.toml", "."), options("run.h5")); }),
+      HasSubstr("body 1 of \"s\" at t = 0 s overlaps boundary \"floor\""));
 }
 
 TEST(SceneNames, AreUniqueAndNoPaths) {
@@ -170,13 +164,10 @@ TEST(MachineCheckIcemaker, PassesAsShippedAndNotWithATooLargeAuger) {
                            "auger_full", "auger_compression", "auger_press", "arm_binding",
                            "arm_linkage", "glass_impact", "platen_test"})
     EXPECT_NO_THROW(check_machine(read_case(folder + name + ".toml"))) << name;
-  const auto refused = [&](const std::string& key, const std::string& value) -> std::string {
-    try {
+  const auto refused = [&](const std::string& key, const std::string& value) {
+    return test::error_of([&] {
       check_machine(read_case(folder + "auger_half.toml", {{key, value}}));
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "";
+    });
   };
   EXPECT_THAT(refused("boundaries.auger.position", "-76 0 28 mm"),
               MatchesRegex(".*process.toml:[0-9]+: boundaries.auger: \"auger\" overlaps boundary "

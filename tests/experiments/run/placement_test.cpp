@@ -7,6 +7,7 @@
 #include <ctime>
 
 #include "experiments/analysis/random_stream.h"
+#include "tests/support/error_of.h"
 
 namespace firn {
 namespace {
@@ -136,14 +137,9 @@ TEST(Placement, SaysWhyAFillIsImpossible) {
   narrow.fills[0].region_max = narrow.fills[0].region_min + Vec3(0.05, 0.05, 0.01);
   Case crowded = crescents(20);
   crowded.fills[0].region_max = crowded.fills[0].region_min + Vec3(0.08, 0.05, 0.05);
-  const auto message = [](const Case& c) -> std::string {
+  const auto message = [](const Case& c) {
     Solver solver(c.model);
-    try {
-      place_batch(solver, c, 0, 0, 0, c.fills[0].count);
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "";
+    return test::error_of([&] { place_batch(solver, c, 0, 0, 0, c.fills[0].count); });
   };
   EXPECT_THAT(message(narrow), testing::HasSubstr("larger than the region in every orientation"));
   EXPECT_THAT(message(crowded), testing::HasSubstr("no free place"));

@@ -13,6 +13,7 @@
 #include "experiments/run/run.h"
 #include "experiments/storage/hdf5_file.h"
 #include "tests/experiments/run/harvest_scene.h"
+#include "tests/support/error_of.h"
 #include "tests/support/results_folder.h"
 
 namespace firn {
@@ -207,12 +208,10 @@ TEST_F(SceneTest, ABlockedSourceFailsTheRunAndSaysByWhom) {
 }
 
 TEST_F(SceneTest, ASourceInAWallIsRefused) {
-  try {
-    run(read(kHarvest, {{"sources.mold.position", "0 0 5 mm"}}), options("run.h5"));
-    FAIL();
-  } catch (const InputError& e) {
-    EXPECT_THAT(e.what(), HasSubstr("overlaps boundary \"floor\"; expected a free place"));
-  }
+  EXPECT_THAT(test::error_of([&] {
+                run(read(kHarvest, {{"sources.mold.position", "0 0 5 mm"}}), options("run.h5"));
+              }),
+              HasSubstr("overlaps boundary \"floor\"; expected a free place"));
 }
 
 TEST_F(SceneTest, ADriveThatStallsEndsItsStageAndStatesWhere) {

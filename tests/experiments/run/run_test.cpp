@@ -20,6 +20,8 @@
 #include "experiments/results/results_file.h"
 #include "experiments/storage/hdf5_file.h"
 #include "firn/contact_model.h"
+#include "tests/support/error_of.h"
+#include "tests/support/read_text.h"
 #include "tests/support/results_folder.h"
 #include "tests/support/results_readers.h"
 #include "tests/support/tray_case.h"
@@ -258,16 +260,12 @@ TEST_F(RunTest, RunOfAnotherContactModelIsNotResumed) {
     hdf5::File file = hdf5::File::open(parts.results_file, hdf5::File::Access::write);
     file.set_attribute("/", "contact_model", other);
   }
-  const std::string before = test::bytes_of(parts.results_file);
-  try {
-    resume(parts.results_file, parts);
-    FAIL() << "was resumed";
-  } catch (const InputError& e) {
-    EXPECT_EQ(e.what(), fmt::format("{}: cannot be resumed: it was made with contact model {}, and "
-                                    "this build has {}; run the case again",
-                                    parts.results_file, other, kContactModel));
-  }
-  EXPECT_EQ(test::bytes_of(parts.results_file), before);
+  const std::string before = test::read_text(parts.results_file);
+  EXPECT_EQ(test::error_of([&] { resume(parts.results_file, parts); }),
+            fmt::format("{}: cannot be resumed: it was made with contact model {}, and "
+                        "this build has {}; run the case again",
+                        parts.results_file, other, kContactModel));
+  EXPECT_EQ(test::read_text(parts.results_file), before);
 }
 
 TEST_F(RunTest, ResumeTidiesARunKilledAtItsEnd) {
@@ -347,12 +345,7 @@ TEST_F(RunTest, FailedRunSaysSoInItsFile) {
 TEST_F(RunTest, ImpossibleFillIsTheUsersMistake) {
   Case c = tray();
   c.fills[0].region_max = c.fills[0].region_min + Vec3(0.03, 0.03, 0.03);
-  try {
-    run(c, options("run.h5"));
-    FAIL() << "the fill was placed";
-  } catch (const InputError& e) {
-    EXPECT_THAT(e.what(), HasSubstr("impossible fill"));
-  }
+  EXPECT_THAT(test::error_of([&] { run(c, options("run.h5")); }), HasSubstr("impossible fill"));
   EXPECT_THAT(Recording(options("run.h5").results_file).status(), HasSubstr("impossible fill"));
 }
 

@@ -7,22 +7,18 @@
 #include <filesystem>
 #include <fstream>
 #include <random>
-#include <sstream>
 
 #include "experiments/system/text_encoding.h"
 #include "firn/math.h"
+#include "tests/support/environment.h"
+#include "tests/support/error_of.h"
+#include "tests/support/read_text.h"
 #include "tests/support/scratch_folder.h"
 
 namespace firn {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string content(const fs::path& file) {
-  std::ostringstream text;
-  text << std::ifstream(file, std::ios::binary).rdbuf();
-  return text.str();
-}
 
 // Every way in which a script can show text of the user.
 std::string script_with(const std::string& text) {
@@ -68,7 +64,7 @@ void expect_harmless(const std::string& text) {
   const fs::path picture = gnuplot.data_file("out.svg");
   gnuplot.draw(script_with(text), picture.string(), 400, 300);
   EXPECT_FALSE(fs::exists(gnuplot.data_file("MARK"))) << encode::terminal(text);
-  const std::string svg = content(picture);
+  const std::string svg = test::read_text(picture);
   EXPECT_EQ(svg.find("]]>"), std::string::npos);
   if (text.find("]]>") != std::string::npos) return;  // changed
   // Once each as title, axes and key; gnuplot leaves out empty text.
@@ -160,38 +156,21 @@ TEST(Gnuplot, StartUpFilesOfTheUserAreNotRead) {
   const fs::path home = gnuplot.data_file("home");
   fs::create_directories(home);
   std::ofstream(home / ".gnuplot") << "system(\"touch " << (home / "MARK").string() << "\")\n";
-  const std::string before = std::getenv("HOME") ? std::getenv("HOME") : "/";
-  setenv("HOME", home.c_str(), 1);
+  const test::EnvironmentVariable variable("HOME", home.string());
   gnuplot.run("x = 1\n");
-  setenv("HOME", before.c_str(), 1);
   EXPECT_FALSE(fs::exists(home / "MARK"));
 }
 
 TEST(Gnuplot, AWrongScriptIsARunErrorOfOneLine) {
   const Gnuplot gnuplot;
-  try {
-    gnuplot.run("plot nothing_such(x)\n");
-    FAIL();
-  } catch (const RunError& error) {
-    EXPECT_THAT(error.what(), testing::StartsWith("gnuplot: "));
-    EXPECT_THAT(error.what(), testing::Not(testing::HasSubstr("\n")));
-  }
+  const std::string message =
+      test::error_of<RunError>([&] { gnuplot.run("plot nothing_such(x)\n"); });
+  EXPECT_THAT(message, testing::StartsWith("gnuplot: "));
+  EXPECT_THAT(message, testing::Not(testing::HasSubstr("\n")));
 }
 
-// The PATH of this process, for the lifetime of the object.
-class SearchPath {
- public:
-  explicit SearchPath(const std::string& path) { setenv("PATH", path.c_str(), 1); }
-  SearchPath(const SearchPath&) = delete;
-  SearchPath& operator=(const SearchPath&) = delete;
-  ~SearchPath() { setenv("PATH", before_.c_str(), 1); }
-
- private:
-  std::string before_ = std::getenv("PATH");
-};
-
 TEST(Gnuplot, MissingProgramIsTheUsersToInstall) {
-  const SearchPath nowhere("/nowhere");
+  const test::EnvironmentVariable nowhere("PATH", "/nowhere");
   EXPECT_THROW(Gnuplot().run("plot x\n"), InputError);
 }
 
@@ -207,22 +186,20 @@ TEST(Gnuplot, ADrawingThatASignalEndsIsRepeated) {
   for (const int signal : {2, 9, 15}) {
     const std::string once = folder / "once";
     fs::remove(once);
-    const SearchPath killed(path_with_gnuplot(
-        folder.path(), "test -e '" + once + "' && exit 0\ntouch '" + once + "'\nkill -" +
-                           std::to_string(signal) + " $$\nsleep 9\n"));
+    const test::EnvironmentVariable killed(
+        "PATH", path_with_gnuplot(folder.path(), "test -e '" + once + "' && exit 0\ntouch '" +
+                                                     once + "'\nkill -" + std::to_string(signal) +
+                                                     " $$\nsleep 9\n"));
     EXPECT_NO_THROW(Gnuplot().run("plot x\n")) << signal;
   }
 }
 
 TEST(Gnuplot, ASignalIsNamed) {
   const test::ScratchFolder folder("gnuplot-signal");
-  const SearchPath killed(path_with_gnuplot(folder.path(), "kill -9 $$\nsleep 9\n"));
-  try {
-    Gnuplot().run("plot x\n");
-    FAIL();
-  } catch (const RunError& error) {
-    EXPECT_STREQ(error.what(), "gnuplot: signal 9 (Killed) has ended it");
-  }
+  const test::EnvironmentVariable killed("PATH",
+                                         path_with_gnuplot(folder.path(), "kill -9 $$\nsleep 9\n"));
+  EXPECT_EQ(test::error_of<RunError>([] { Gnuplot().run("plot x\n"); }),
+            "gnuplot: signal 9 (Killed) has ended it");
 }
 
 TEST(Gnuplot, KnowsPngAndSvgOnly) {

@@ -9,7 +9,6 @@
 #include <fstream>
 #include <functional>
 #include <set>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -21,7 +20,9 @@
 #include "experiments/text/toml_aliases.h"
 #include "experiments/text/toml_document.h"
 #include "tests/experiments/text/renamed_names.h"
+#include "tests/support/error_of.h"
 #include "tests/support/full_case.h"
+#include "tests/support/read_text.h"
 #include "tests/support/scratch_folder.h"
 
 namespace firn {
@@ -29,16 +30,11 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::current_names;
+using test::read_text;
 using test::toml_text;
 using testing::HasSubstr;
 
 const fs::path kSource = FIRN_SOURCE_DIR;
-
-std::string file_text(const fs::path& file) {
-  std::ostringstream text;
-  text << std::ifstream(file, std::ios::binary).rdbuf();
-  return text.str();
-}
 
 // The text with the first name of each renamed key.
 std::string old_text(const std::string& text, TomlFormat format) {
@@ -238,7 +234,7 @@ TEST_F(OldTomlNames, CasesAreTheSame) {
     const bool of_machine = file.parent_path().filename() == "icemaker" &&
                             (name == "harvest_bridged.toml" || name == "auger_full.toml" ||
                              name == "bucket_pull.toml" || name == "glass_impact.toml");
-    if (name == "case.toml" || of_machine) cases.emplace_back(file_text(file), file.parent_path());
+    if (name == "case.toml" || of_machine) cases.emplace_back(read_text(file), file.parent_path());
   }
   ASSERT_GT(cases.size(), 14u);
   Names names(TomlFormat::case_file);
@@ -292,7 +288,7 @@ TEST_F(OldTomlNames, OtherFilesAreTheSame) {
   int count = 0;
   for (const auto& entry : fs::recursive_directory_iterator(kSource / "cases")) {
     if (entry.path().extension() != ".toml") continue;
-    const std::string text = file_text(entry.path());
+    const std::string text = read_text(entry.path());
     const toml::table table = toml::parse(text);
     const toml::array* values = table["values"].as_array();
     const bool is_form = values != nullptr && values->empty();  // nothing measured yet
@@ -315,7 +311,7 @@ TEST_F(OldTomlNames, OtherFilesAreTheSame) {
   measurements.expect_all_but({"digitized", "right_censored"});
 
   const fs::path bench = kSource / "cases/bench_tests.toml";
-  toml::table table = toml::parse(file_text(bench));
+  toml::table table = toml::parse(read_text(bench));
   Names of_bench(TomlFormat::bench_tests);
   of_bench.see(table);
   of_bench.expect_all_but({});
@@ -402,13 +398,11 @@ TEST_F(OldTomlNames, OneLineNamesFileLineAndBothNames) {
 TEST_F(OldTomlNames, BothNamesAreRefused) {
   const std::string text =
       std::string(kRenamedCase) + "[numerics]\ncontact_shell = 0.07\ncontact_margin = 0.07\n";
-  try {
-    read_case_text(text, "c.toml", folder_.string(), {}, {}, OldNames::accept);
-    FAIL();
-  } catch (const InputError& e) {
-    EXPECT_THAT(e.what(), HasSubstr("numerics.contact_shell: is the old name of "
-                                    "\"contact_margin\", which is given as well"));
-  }
+  EXPECT_THAT(test::error_of([&] {
+                read_case_text(text, "c.toml", folder_.string(), {}, {}, OldNames::accept);
+              }),
+              HasSubstr("numerics.contact_shell: is the old name of "
+                        "\"contact_margin\", which is given as well"));
 }
 
 // Names of an included file are replaced before tables are joined.

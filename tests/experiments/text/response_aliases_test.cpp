@@ -5,14 +5,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
-#include <fstream>
 #include <set>
-#include <sstream>
 
 #include "experiments/batch/execution/execution_settings.h"
 #include "experiments/measurements/measurement.h"
 #include "experiments/text/toml_document.h"
+#include "tests/support/read_text.h"
 
 namespace firn {
 namespace {
@@ -53,12 +51,11 @@ TEST(ResponseAliases, OtherNamesStay) {
 
 // The page of responses has each current name and no earlier one.
 TEST(ResponseAliases, AreInThePage) {
-  std::ostringstream page;
-  page << std::ifstream(std::filesystem::path(FIRN_SOURCE_DIR) / "docs/responses.md").rdbuf();
+  const std::string page = test::read_text(FIRN_SOURCE_DIR "/docs/responses.md");
   for (const RenamedResponse& r : renamed_responses()) {
-    EXPECT_THAT(page.str(), testing::Not(HasSubstr(std::string(r.old_name))));
+    EXPECT_THAT(page, testing::Not(HasSubstr(std::string(r.old_name))));
     if (r.name.ends_with("_right")) continue;  // "`NAME_left`, `_right`"
-    EXPECT_THAT(page.str(), HasSubstr(std::string(r.name) + "`"));
+    EXPECT_THAT(page, HasSubstr(std::string(r.name) + "`"));
   }
 }
 

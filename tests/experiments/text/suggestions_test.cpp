@@ -43,7 +43,7 @@ TEST(Suggestions, NameTheLikelyKey) {
   // Where the key that means it is none of the table, and words without anything in common.
   for (const char* word : {"mu", "budget", "", "x"}) EXPECT_EQ(nearest(word, mesh), std::nullopt);
   EXPECT_EQ(suggestion("budget", mesh), "expected one of kind, material, mass, file, length_unit");
-  EXPECT_EQ(suggestion("mas", mesh), "the nearest known one is \"mass\"");
+  EXPECT_EQ(suggestion("mas", mesh), "did you mean \"mass\"?");
   EXPECT_EQ(suggestion("budget", std::vector<std::string_view>(50, "key")).substr(0, 26),
             "expected one of key, key, ");
   EXPECT_THAT(suggestion("budget", std::vector<std::string_view>(50, "key")),

@@ -8,18 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/error_of.h"
+
 namespace firn {
 namespace {
-
-template <class F>
-std::string error_of(F read) {
-  try {
-    read();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 struct Example {
   const char* text;
@@ -145,7 +137,7 @@ TEST(Units, SiTextReadsBackToTheSameBits) {
 
 TEST(Units, SayWhatIsWrong) {
   const auto length = [](const char* text) {
-    return error_of([&] { parse_quantity(text, dimension::length); });
+    return test::error_of([&] { parse_quantity(text, dimension::length); });
   };
   EXPECT_EQ(length("2.4"), "\"2.4\" has no unit; expected a length, such as \"2.4 in\"");
   EXPECT_EQ(length("2 kg"), "\"2 kg\" is a mass; expected a length, such as \"2.4 in\"");
@@ -168,12 +160,12 @@ TEST(Units, SayWhatIsWrong) {
             "\"1 m^\": cannot read \"m^\" as a unit; expected a length, such as \"2.4 in\"");
   EXPECT_EQ(length("1 (m"),
             "\"1 (m\": cannot read \"(m\" as a unit; expected a length, such as \"2.4 in\"");
-  EXPECT_EQ(error_of([] { parse_quantity("4 1/s", dimension::angular_velocity); }),
+  EXPECT_EQ(test::error_of([] { parse_quantity("4 1/s", dimension::angular_velocity); }),
             "\"4 1/s\" is a frequency; expected an angular velocity, such as \"4 rad/s\"");
-  EXPECT_EQ(error_of([] { parse_quantity("916.7 kg/M^3", dimension::density); }),
+  EXPECT_EQ(test::error_of([] { parse_quantity("916.7 kg/M^3", dimension::density); }),
             "\"916.7 kg/M^3\": unknown unit \"M\" (nearest: m, Mm, g); expected a density, such as "
             "\"916.7 kg/m^3\"");
-  EXPECT_EQ(error_of([] { parse_vector("0 0 m", dimension::length); }),
+  EXPECT_EQ(test::error_of([] { parse_vector("0 0 m", dimension::length); }),
             "cannot read \"0 0 m\"; expected three numbers and the unit of a length, such as "
             "\"0 0 0.2 m\"");
 }

@@ -132,12 +132,8 @@ TEST_F(RunPage, SaysInWordsWhatItsNumbersAre) {
 
 TEST_F(RunPage, SaysWhatSpoilsShapesAndContacts) {
   EXPECT_EQ(run_page(file()).html().find("likely cause"), std::string::npos);
-  std::string text = kFall;
-  const auto replace = [&text](const std::string& from, const std::string& to) {
-    text.replace(text.find(from), from.size(), to);
-  };
-  replace("0.01 GPa", "0.3 MPa");
-  replace("kind = \"box\"", "kind = \"box\"\nrounding = \"8 mm\"");
+  const std::string text = test::replaced(test::replaced(kFall, "0.01 GPa", "0.3 MPa"),
+                                          "kind = \"box\"", "kind = \"box\"\nrounding = \"8 mm\"");
   RunOptions options;
   options.results_file = folder_ / "soft.h5";
   ASSERT_EQ(run(read_case_text(text, "soft.toml", "."), options).status, RunStatus::finished);

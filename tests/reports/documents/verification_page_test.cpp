@@ -3,9 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <sstream>
-
+#include "tests/support/read_text.h"
 #include "tests/support/scratch_folder.h"
 
 namespace firn {
@@ -26,9 +24,7 @@ std::string page(const std::string& name) {
   results[2] = {{}, "no room for particle 3", 1, true};
   const std::string file = test::scratch_path(name);
   write_verification_page(cases, results, "firn 0", file);
-  std::stringstream text;
-  text << std::ifstream(file).rdbuf();
-  return text.str();
+  return test::read_text(file);
 }
 
 TEST(VerificationPage, ListsWhatHoldsFailsBrokeAndHasNotRun) {

@@ -5,9 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
+#include "tests/support/read_text.h"
 #include "tests/support/scratch_folder.h"
 #include "validation/verification/fixtures/scenes.h"
 
@@ -39,10 +38,9 @@ Solver standing(const Case& c) {
 }
 
 std::string text_of(const std::string& file) {
-  std::ostringstream text;
-  text << std::ifstream(file).rdbuf();
+  const std::string text = test::read_text(file);
   std::filesystem::remove(file);
-  return text.str();
+  return text;
 }
 
 TEST(ContactPicture, NamesNeighborsAndTheirForces) {

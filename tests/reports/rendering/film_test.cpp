@@ -8,6 +8,7 @@
 #include "experiments/case_reader/read_case.h"
 #include "experiments/run/run.h"
 #include "experiments/system/process.h"
+#include "tests/support/error_of.h"
 #include "tests/support/results_folder.h"
 #include "tests/support/tray_case.h"
 
@@ -54,15 +55,10 @@ TEST_F(Film, LastsAsLongAsTheRunAtItsSpeed) {
 
 TEST_F(Film, WrongRequestsAreOneLine) {
   const Recording recording(path("run.h5"));
-  const auto refusal = [&](const std::string& file, double speed) -> std::string {
+  const auto refusal = [&](const std::string& file, double speed) {
     FilmOptions film;
     film.speed = speed;
-    try {
-      write_film(recording, path(file), film);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
+    return test::error_of([&] { write_film(recording, path(file), film); });
   };
   EXPECT_THAT(refusal("film.avi", 1), HasSubstr("expected FILE.mp4"));
   for (const double speed : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(),

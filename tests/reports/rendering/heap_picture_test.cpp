@@ -3,10 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "firn/math.h"
+#include "tests/support/read_text.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/support/synthetic_heap.h"
 
@@ -28,9 +27,7 @@ std::string drawn(const HeapPicture& picture) {
   const std::string file = test::scratch_path("heap.svg");
   std::filesystem::remove(file);
   draw_heap(picture, file);
-  std::ostringstream text;
-  text << std::ifstream(file).rdbuf();
-  return text.str();
+  return test::read_text(file);
 }
 
 TEST(HeapPicture, CarriesTheMeasuredAngles) {

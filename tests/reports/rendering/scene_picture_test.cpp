@@ -4,11 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 #include <regex>
-#include <sstream>
 
 #include "experiments/machine/parts.h"
+#include "tests/support/read_text.h"
 #include "tests/support/scratch_folder.h"
 
 namespace firn {
@@ -25,12 +24,11 @@ TEST(ScenePicture, NamesWallsAndDrawsFourViews) {
   picture.width = 300;
   const std::string file = test::scratch_path("scene.svg");
   draw_scene(picture, file);
-  std::ostringstream text;
-  text << std::ifstream(file).rdbuf();
+  const std::string text = test::read_text(file);
   std::filesystem::remove(file);
   for (const char* word : {"a cup", "empty", "the cup", "from above", "section along x",
                            "section across x", "x / mm", "y / mm", "z / mm"}) {
-    EXPECT_THAT(text.str(), HasSubstr(word));
+    EXPECT_THAT(text, HasSubstr(word));
   }
 }
 
@@ -48,10 +46,8 @@ TEST(ScenePicture, TheLegendIsComplete) {
   picture.width = 400;
   const std::string file = test::scratch_path("legend.svg");
   draw_scene(picture, file);
-  std::ostringstream stream;
-  stream << std::ifstream(file).rdbuf();
+  const std::string text = test::read_text(file);
   std::filesystem::remove(file);
-  const std::string text = stream.str();
   for (int i = 0; i < 60; ++i)
     EXPECT_THAT(text, HasSubstr("boundary number " + std::to_string(i) + "<"));
   EXPECT_THAT(text, HasSubstr("tag 0<"));
@@ -73,10 +69,9 @@ TEST(ScenePicture, ALegendOfOneEntryIsLeftOut) {
   const auto drawn = [&](const ScenePicture& picture) {
     const std::string file = test::scratch_path("one entry.svg");
     draw_scene(picture, file);
-    std::ostringstream text;
-    text << std::ifstream(file).rdbuf();
+    const std::string text = test::read_text(file);
     std::filesystem::remove(file);
-    return text.str();
+    return text;
   };
   ScenePicture picture;
   picture.title = "grains";

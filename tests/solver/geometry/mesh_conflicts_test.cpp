@@ -7,6 +7,7 @@
 #include <random>
 
 #include "firn/shape.h"
+#include "tests/support/error_of.h"
 
 namespace firn {
 namespace {
@@ -149,12 +150,7 @@ TEST(MeshConflicts, ParticleIsRefusedWithTrianglesAndPlace) {
   options.density = 900;
   options.young_modulus = 1e6;
   const auto refusal = [&](const TriangleMesh& mesh) {
-    try {
-      make_mesh(mesh, options);
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string("accepted");
+    return test::error_of([&] { make_mesh(mesh, options); });
   };
   EXPECT_THAT(refusal(together(kCube, cube({0.01, 0, 0}, 0.02))),
               HasSubstr("1 pair of shells that overlap (triangles "));

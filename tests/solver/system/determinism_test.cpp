@@ -3,15 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <functional>
-#include <optional>
 #include <stdexcept>
 #include <vector>
 
 #include "solver/core/parallel.h"
 #include "solver/state/workspace.h"
 #include "tests/support/dice.h"
+#include "tests/support/environment.h"
 #include "validation/verification/fixtures/scenes.h"
 
 namespace firn {
@@ -204,30 +203,11 @@ TEST(StateHash, NamesTheGroupOfTheStateThatChanged) {
             std::string::npos);
 }
 
-// The environment of a test, given back at its end.
-class Environment {
- public:
-  Environment(const char* name, const char* value) : name_(name) {
-    if (const char* before = std::getenv(name)) before_ = before;
-    setenv(name, value, 1);
-  }
-  ~Environment() {
-    if (before_)
-      setenv(name_, before_->c_str(), 1);
-    else
-      unsetenv(name_);
-  }
-
- private:
-  const char* name_;
-  std::optional<std::string> before_;
-};
-
 // Crescents fall, touch and come to rest.
 TEST(Determinism, WideAndPlainInstructionsGiveTheSameBytes) {
   std::vector<std::vector<std::byte>> states;
   for (const char* instructions : {"baseline", "avx2"}) {
-    const Environment wish("FIRN_INSTRUCTIONS", instructions);
+    const test::EnvironmentVariable wish("FIRN_INSTRUCTIONS", instructions);
     try {
       ASSERT_EQ(instruction_set(), instructions);
     } catch (const InputError& e) {
@@ -272,7 +252,7 @@ TEST(Determinism, TasksOfSeveralRangesGiveTheSameBytes) {
 }
 
 TEST(Determinism, UnknownInstructionsAreRefused) {
-  const Environment wish("FIRN_INSTRUCTIONS", "abacus");
+  const test::EnvironmentVariable wish("FIRN_INSTRUCTIONS", "abacus");
   EXPECT_THROW(Solver(small_box(1)), InputError);
 }
 
