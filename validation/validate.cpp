@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "experiments/batch/batch_folder.h"
+#include "experiments/batch/override_places.h"
 #include "experiments/case_reader/read_case.h"
 #include "experiments/material_records/material_database.h"
 #include "experiments/system/interruption.h"
@@ -20,6 +21,28 @@ namespace {
 
 namespace fs = std::filesystem;
 using Purpose = RunGroup::Purpose;
+
+// Overrides of some runs, and "FILE:LINE: KEY" where the suite states them.
+struct StatedOverrides {
+  std::vector<Override> set;
+  std::string place;
+};
+
+// Returns make(overrides), which reads the case of the experiment. Errors in values that the
+// suite sets have their place in the suite.
+template <class Make>
+auto with_overrides(const SuiteExperiment& experiment, const ParameterSet& set, std::uint64_t seed,
+                    const StatedOverrides& more, const Make& make) {
+  std::vector<Override> all = {{"case.seed", std::to_string(seed)}};
+  for (const std::vector<Override>* values : {&experiment.set, &set.set, &more.set})
+    all.insert(all.end(), values->begin(), values->end());
+  const auto place_of = [&](const Override& o) -> std::string {
+    if (std::ranges::count(more.set, o) > 0) return more.place;
+    if (std::ranges::count(set.set, o) > 0) return set.place;
+    return std::ranges::count(experiment.set, o) > 0 ? experiment.place : "";
+  };
+  return with_override_places(experiment.case_file, all, place_of, [&] { return make(all); });
+}
 
 class Runner {
  public:
@@ -81,8 +104,10 @@ class Runner {
   void plan(std::size_t e, std::size_t p) {
     const SuiteExperiment& experiment = suite_.experiments[e];
     const ParameterSet& set = suite_.parameter_sets[p];
-    const Case base = read_case(experiment.case_file, overrides(experiment, set, 1, {}),
-                                {request(set, {}), options_.database});
+    const Case base =
+        with_overrides(experiment, set, 1, {}, [&](const std::vector<Override>& overrides) {
+          return read_case(experiment.case_file, overrides, {request(set, {}), options_.database});
+        });
     find_same_values(e, p, base);
     add(e, p, Purpose::base, 0, experiment.seeds);
     if (const int samples = experiment.samples.value_or(set.samples);
@@ -148,29 +173,24 @@ class Runner {
     });
   }
 
-  static std::vector<Override> overrides(const SuiteExperiment& experiment, const ParameterSet& set,
-                                         std::uint64_t seed, const std::vector<Override>& more) {
-    std::vector<Override> all = {{"case.seed", std::to_string(seed)}};
-    all.insert(all.end(), experiment.set.begin(), experiment.set.end());
-    all.insert(all.end(), set.set.begin(), set.set.end());
-    all.insert(all.end(), more.begin(), more.end());
-    return all;
-  }
-
   static std::vector<std::string> request(const ParameterSet& set, std::optional<int> sample) {
     if (set.material.empty()) return {};
     return {sample ? fmt::format("{}#{}", set.material, *sample) : set.material};
   }
 
-  std::vector<Override> numerics(const RunGroup& group) const {
+  StatedOverrides numerics(const RunGroup& group) const {
+    const SuiteExperiment& experiment = suite_.experiments[group.experiment];
+    const Refinement& refine = experiment.refine;
     if (group.purpose == Purpose::timestep)
-      return {{"case.timestep", fmt::format("\"{} s\"", group.setting)}};
+      return {{{"case.timestep", fmt::format("\"{} s\"", group.setting)}}, refine.place};
     if (group.purpose == Purpose::stiffness)
-      return {{fmt::format("materials.{}.young_modulus",
-                           suite_.experiments[group.experiment].refine.material),
-               fmt::format("\"{} Pa\"", group.setting)}};
-    if (group.purpose == Purpose::variant)
-      return suite_.experiments[group.experiment].variants[group.variant].set;
+      return {{{fmt::format("materials.{}.young_modulus", refine.material),
+                fmt::format("\"{} Pa\"", group.setting)}},
+              refine.place};
+    if (group.purpose == Purpose::variant) {
+      const Variant& variant = experiment.variants[group.variant];
+      return {variant.set, variant.place};
+    }
     return {};
   }
 
@@ -190,10 +210,12 @@ class Runner {
       for (const std::uint64_t seed : group.seeds) {
         std::optional<int> draw;
         if (group.purpose == Purpose::input) draw = ++sample;
-        BatchRun next = batch.make(
-            experiment.case_file, overrides(experiment, set, seed, numerics(group)), folder.runs(),
-            {experiment.name, to_string(group.purpose), sample, set.name, seed},
-            {request(set, draw), options_.database});
+        BatchRun next = with_overrides(
+            experiment, set, seed, numerics(group), [&](const std::vector<Override>& overrides) {
+              return batch.make(experiment.case_file, overrides, folder.runs(),
+                                {experiment.name, to_string(group.purpose), sample, set.name, seed},
+                                {request(set, draw), options_.database});
+            });
         next.job.threads = suite_.threads;
         next.job.limits = suite_.execution.limits;
         group.keys.push_back(next.job.key);

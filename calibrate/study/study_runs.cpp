@@ -11,7 +11,7 @@
 #include <string_view>
 
 #include "experiments/analysis/sample_statistics.h"
-#include "experiments/text/toml_document.h"
+#include "experiments/batch/override_places.h"
 #include "experiments/text/units.h"
 
 namespace firn {
@@ -241,34 +241,18 @@ std::string place_of(const Study& study, const Experiment& experiment, const Ove
   return sets(experiment.set) ? experiment.place : "";
 }
 
-// The error of a case in a value of the study, in terms of the study; empty where the study does
-// not state the value.
-std::string study_error(const Study& study, const Experiment& experiment,
-                        const std::vector<Override>& overrides, const OverrideError& error) {
-  const auto o = std::ranges::find_if(overrides, [&](const Override& one) {
-    return override_label(one.first, one.second) == error.label;
-  });
-  const std::string place = o == overrides.end() ? "" : place_of(study, experiment, *o);
-  if (place.empty()) return {};
-  if (!error.advice.empty())
-    return fmt::format("{}: the case {} has no key \"{}\"; {}", place, experiment.case_file,
-                       o->first, error.advice);
-  return fmt::format("{}: the case {} does not take \"{}\" = {}: {}", place, experiment.case_file,
-                     o->first, o->second, error.problem);
-}
-
 }  // namespace
 
 BatchRun StudyRuns::case_run(const Experiment& experiment, const Point& point, std::uint64_t seed,
                              const std::vector<Override>& set, const RunLabel& label) const {
   const std::vector<Override> overrides = overrides_of(study_, experiment, point.values, seed, set);
-  try {
-    return batch_.make(experiment.case_file, overrides, folder_, label, material_of(study_, seed));
-  } catch (const OverrideError& e) {
-    const std::string error = study_error(study_, experiment, overrides, e);
-    if (error.empty()) throw;
-    throw InputError(error);
-  }
+  return with_override_places(
+      experiment.case_file, overrides,
+      [&](const Override& o) { return place_of(study_, experiment, o); },
+      [&] {
+        return batch_.make(experiment.case_file, overrides, folder_, label,
+                           material_of(study_, seed));
+      });
 }
 
 BatchRun StudyRuns::batch_run(const Point& point, std::size_t e, std::uint64_t seed) const {

@@ -155,23 +155,20 @@ void check_interactions(const TomlTable& root, const Model& model, const std::ve
   }
 }
 
-// Overrides may name the two materials of an interaction in either order, as the file may.
-std::vector<Override> in_order_of_file(std::vector<Override> overrides, const toml::table& file) {
+// The path of an override as the file spells it: both may name the two materials of an interaction
+// in either order.
+std::string in_order_of_file(const std::string& path, const toml::table& file) {
   const toml::table* interactions = file["interactions"].as_table();
   constexpr std::string_view kPrefix = "interactions.";
-  for (auto& [path, value] : overrides) {
-    if (!interactions || !path.starts_with(kPrefix)) continue;
-    const std::size_t end = std::min(path.find('.', kPrefix.size()), path.size());
-    const std::string key = path.substr(kPrefix.size(), end - kPrefix.size());
-    if (interactions->contains(key)) continue;
-    for (std::size_t dash = key.find('-'); dash != key.npos; dash = key.find('-', dash + 1)) {
-      const std::string turned = key.substr(dash + 1) + "-" + key.substr(0, dash);
-      if (!interactions->contains(turned)) continue;
-      path.replace(kPrefix.size(), key.size(), turned);
-      break;
-    }
+  if (!interactions || !path.starts_with(kPrefix)) return path;
+  const std::size_t end = std::min(path.find('.', kPrefix.size()), path.size());
+  const std::string key = path.substr(kPrefix.size(), end - kPrefix.size());
+  if (interactions->contains(key)) return path;
+  for (std::size_t dash = key.find('-'); dash != key.npos; dash = key.find('-', dash + 1)) {
+    const std::string turned = key.substr(dash + 1) + "-" + key.substr(0, dash);
+    if (interactions->contains(turned)) return std::string(kPrefix) + turned + path.substr(end);
   }
-  return overrides;
+  return path;
 }
 
 // Time must advance, and its steps must be counted: a double resolves k * timestep to far below a
@@ -279,7 +276,8 @@ Case read_case_text(const std::string& text, const std::string& source,
   TomlDocument document(text, source, TomlFormat::case_file, old_names);
   document.include(directory);
   require_kind(document, "case");
-  document.apply(in_order_of_file(overrides, document.root()));
+  document.apply(overrides,
+                 [&](const std::string& path) { return in_order_of_file(path, document.root()); });
   std::vector<AppliedMaterial> applied = apply_materials(document, materials);
   const TomlTable root = TomlTable::root(document);
   check_keys(root);

@@ -162,10 +162,9 @@ std::vector<StoredRecord> MaterialDatabase::history(const std::string& name) con
   std::vector<StoredRecord> all = known(name);
   if (!all.empty()) return all;
   const std::vector<std::string> others = names();
-  throw InputError(
-      fmt::format("material {}: unknown; {} (looked in {})", name,
-                  suggestion(name, {others.begin(), others.end()}),
-                  impl_ ? file_ + " and what ships with Firn" : "what ships with Firn"));
+  throw InputError(fmt::format("material {}: unknown (looked in {}); {}", name,
+                               impl_ ? file_ + " and what ships with Firn" : "what ships with Firn",
+                               suggestion(name, {others.begin(), others.end()})));
 }
 
 StoredRecord MaterialDatabase::find(const std::string& name, int version) const {

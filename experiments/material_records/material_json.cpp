@@ -1,6 +1,7 @@
 #include "experiments/material_records/material_json.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -286,12 +287,14 @@ void write(std::string& out, const Json& json, bool pretty, int depth) {
 }
 
 // Throws InputError for a record whose values contradict each other. `path`: of the record in the
-// file, with a point at its end; empty for a record alone.
-void check_read(const MaterialRecord& record, const std::string& source, const std::string& path) {
+// text; empty for a record alone.
+void check_read(const MaterialRecord& record, const std::string& source, std::string_view text,
+                const std::vector<std::string>& path) {
   try {
     check(record);
   } catch (const InputError& e) {
-    throw InputError(fmt::format("{}: {}{}", source, path, e.what()));
+    throw InputError(fmt::format("{}: {}{}{}", json_place(source, text, path), fmt::join(path, "."),
+                                 path.empty() ? "" : ".", e.what()));
   }
 }
 
@@ -327,20 +330,21 @@ std::string export_text(const std::vector<MaterialRecord>& records) {
 
 std::vector<ReadRecord> read_records_text(std::string_view text, const std::string& source) {
   Json document = parse_json(text, source);
-  const auto header = document_from_json<FileHeader>(document, source);
+  const auto header = document_from_json<FileHeader>(document, source, JsonReading::tolerant, text);
   if (header.format != format_name)
-    throw InputError(fmt::format("{}: format: is \"{}\"; expected \"{}\"", source,
-                                 shortened(header.format), format_name));
+    throw InputError(fmt::format("{}: format: is \"{}\"; expected \"{}\"",
+                                 json_place(source, text, {"format"}), shortened(header.format),
+                                 format_name));
   if (header.version > format_version)
     throw InputError(
         fmt::format("{}: format_version: is {}, of a newer Firn; this one reads up to {}; expected "
                     "another Firn",
-                    source, header.version, format_version));
+                    json_place(source, text, {"format_version"}), header.version, format_version));
   if (header.version == 1 && document.contains("records"))
     for (Json& record : document["records"]) use_current_record_names(record);
-  auto file = document_from_json<RecordFile>(document, source, JsonReading::strict);
+  auto file = document_from_json<RecordFile>(document, source, JsonReading::strict, text);
   for (std::size_t i = 0; i < file.records.size(); ++i)
-    check_read(file.records[i].record, source, fmt::format("records.{}.", i));
+    check_read(file.records[i].record, source, text, {"records", std::to_string(i)});
   return std::move(file.records);
 }
 
@@ -353,7 +357,7 @@ MaterialRecord read_canonical(std::string_view text, const std::string& source) 
   Json document = parse_json(text, source);
   use_current_record_names(document);
   auto record = document_from_json<ReadRecord>(document, source, JsonReading::strict).record;
-  check_read(record, source, "");
+  check_read(record, source, {}, {});
   return record;
 }
 

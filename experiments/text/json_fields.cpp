@@ -7,7 +7,6 @@
 
 #include "experiments/system/input_file.h"
 #include "experiments/text/json_aliases.h"
-#include "experiments/text/json_parser.h"
 #include "experiments/text/suggestions.h"
 
 namespace firn {
@@ -23,6 +22,16 @@ std::string path_of(const JsonPlace& place) {
   const std::string above = path_of(*place.parent);
   return fmt::format("{}{}{}", above, above.empty() ? "" : ".",
                      place.key.empty() ? std::to_string(place.index) : std::string(place.key));
+}
+
+// "FILE:LINE" of a place.
+std::string file_and_line(const JsonPlace& place) {
+  std::vector<std::string> path;
+  const JsonPlace* outer = &place;
+  for (; outer->parent != nullptr; outer = outer->parent)
+    path.push_back(outer->key.empty() ? std::to_string(outer->index) : std::string(outer->key));
+  std::ranges::reverse(path);
+  return json_place(place.file, outer->text, path);
 }
 
 bool is_whole_number(const FieldJson& json, std::int64_t least, std::int64_t most) {
@@ -43,12 +52,13 @@ std::string description(const FieldJson& json) {
 
 void JsonPlace::refuse(const FieldJson& found, std::string_view expected) const {
   const std::string path = path_of(*this);
-  throw InputError(fmt::format("{}: {}: is {}; expected {}", file, path.empty() ? "document" : path,
-                               description(found), expected));
+  throw InputError(fmt::format("{}: {}: is {}; expected {}", file_and_line(*this),
+                               path.empty() ? "document" : path, description(found), expected));
 }
 
 void JsonPlace::refuse_missing(std::string_view missing) const {
-  throw InputError(fmt::format("{}: {}: missing; expected this key", file, path_of(at(missing))));
+  throw InputError(fmt::format("{}: {}: missing; expected this key", file_and_line(*this),
+                               path_of(at(missing))));
 }
 
 void JsonPlace::refuse_unknown_keys(const FieldJson& object,
@@ -56,7 +66,7 @@ void JsonPlace::refuse_unknown_keys(const FieldJson& object,
   const std::string path = path_of(*this);
   for (const auto& [key, value] : object.items())
     if (std::ranges::find(known, key) == known.end())
-      throw InputError(fmt::format("{}: {}: unknown key \"{}\"; {}", file,
+      throw InputError(fmt::format("{}: {}: unknown key \"{}\"; {}", file_and_line(at(key)),
                                    path.empty() ? "document" : path, key, suggestion(key, known)));
 }
 
@@ -115,7 +125,7 @@ void ResultsJson::require_kind(const std::string& wanted, const std::string& com
 }
 
 ResultsJson read_results_json(const std::string& file, const std::string& expected) {
-  ResultsJson results{file, read_json_file(file, expected)};
+  ResultsJson results{read_json_file(file, expected)};
   use_current_json_names(results.document);
   return results;
 }

@@ -30,6 +30,7 @@
 #include <utility>
 #include <vector>
 
+#include "experiments/text/json_parser.h"
 #include "experiments/text/vector_json.h"
 
 namespace firn {
@@ -182,11 +183,14 @@ struct JsonPlace {
   const JsonPlace* parent = nullptr;  // null: the document itself, of name `key` if it has one
   std::string_view key = {};
   std::size_t index = 0;  // in a list, where `key` is empty
+  // Of the document itself: the text that was parsed. Empty: messages have no lines.
+  std::string_view text = {};
 
   JsonPlace at(std::string_view name) const { return {file, reading, this, name}; }
   JsonPlace at(std::size_t item) const { return {file, reading, this, {}, item}; }
 
-  // Throws InputError `FILE: PATH: is X; expected Y`.
+  // Throws InputError `FILE:LINE: PATH: is X; expected Y`. Of a missing value: the line of the
+  // object that lacks it.
   [[noreturn]] void refuse(const nlohmann::ordered_json& found, std::string_view expected) const;
   [[noreturn]] void refuse_missing(std::string_view missing) const;
   // Throws InputError for a key of the object that is none of `known`.
@@ -296,12 +300,17 @@ class JsonFieldReader {
   const JsonPlace& place_;
 };
 
+// `text` that was parsed, for lines in messages; empty: messages without lines.
 template <class T>
 T document_from_json(const nlohmann::ordered_json& json, const std::string& file,
-                     JsonReading reading = JsonReading::tolerant) {
+                     JsonReading reading = JsonReading::tolerant, std::string_view text = {}) {
   T document;
-  JsonFieldReader::read(json, {file, reading}, document);
+  JsonFieldReader::read(json, {file, reading, nullptr, {}, 0, text}, document);
   return document;
+}
+template <class T>
+T document_from_json(const JsonFile& file, JsonReading reading = JsonReading::tolerant) {
+  return document_from_json<T>(file.document, file.file, reading, file.text);
 }
 
 // JSON text of a document; `indent`: columns of a level, -1: one line. By value: writing takes what
@@ -312,11 +321,8 @@ std::string json_text(T document, int indent) {
                                                  nlohmann::ordered_json::error_handler_t::replace);
 }
 
-// A parsed results.json of Firn.
-struct ResultsJson {
-  std::string file;
-  nlohmann::ordered_json document;  // in current names
-
+// A results.json of Firn, its document in current names.
+struct ResultsJson : JsonFile {
   // "sweep", "validation", "optimization" or "study"; empty for a document of no such kind.
   std::string kind() const;
   // Throws InputError for another kind. `command`: the command that writes it, for the message.
@@ -334,7 +340,7 @@ template <class T>
 T document_from_results(const ResultsJson& results, const std::string& kind,
                         const std::string& command) {
   results.require_kind(kind, command);
-  return document_from_json<T>(results.document, results.file);
+  return document_from_json<T>(results);
 }
 
 }  // namespace firn

@@ -11,6 +11,7 @@
 #include "experiments/system/input_file.h"
 #include "experiments/system/input_limits.h"
 #include "experiments/system/text_encoding.h"
+#include "experiments/text/json_aliases.h"
 #include "firn/math.h"
 
 namespace firn {
@@ -55,6 +56,62 @@ class ReadPosition {
   const char* at_ = nullptr;
   const char** read_ = nullptr;  // the last character that was read
 };
+
+bool is_old_name(const std::string& key, const std::string& current) {
+  return std::ranges::any_of(renamed_json_keys(), [&](const JsonAlias& alias) {
+    return alias.old_name == key && alias.name == current;
+  });
+}
+
+struct ValueLine {
+  std::size_t line = 1;  // where the value begins, or the innermost value around it
+  bool found = false;
+};
+
+// The line of the value at `path`. `old_names`: keys may have earlier names as well.
+ValueLine line_of_value(std::string_view text, const std::vector<std::string>& path,
+                        bool old_names) {
+  using Event = Json::parse_event_t;
+  struct Container {
+    bool is_list, on_path;
+    std::size_t items = 0;
+    std::string key = {};  // read last
+  };
+  struct Found {};  // stops the parser
+  std::vector<Container> open;
+  ValueLine innermost;
+  const char* read = text.data();
+  // Called where a value begins. Returns whether it is on the path.
+  const auto begin_value = [&] {
+    if (!open.empty()) {
+      Container& in = open.back();
+      if (!in.on_path) return false;
+      const std::string name = in.is_list ? std::to_string(in.items++) : in.key;
+      const std::string& wanted = path[open.size() - 1];
+      if (name != wanted && !(old_names && is_old_name(name, wanted))) return false;
+    }
+    innermost.line = line_at(text, static_cast<std::size_t>(read - text.data()));
+    if (open.size() == path.size()) throw Found{};
+    return true;
+  };
+  const auto watch = [&](int, Event event, Json& parsed) {
+    if (event == Event::key) open.back().key = parsed.get<std::string>();
+    if (event == Event::value) begin_value();
+    if (event == Event::object_start || event == Event::array_start) {
+      const bool on_path = begin_value();
+      open.push_back({event == Event::array_start, on_path});
+    }
+    if (event == Event::object_end || event == Event::array_end) open.pop_back();
+    return true;
+  };
+  try {
+    [[maybe_unused]] const Json whole = Json::parse(
+        ReadPosition(text.data(), &read), ReadPosition(text.data() + text.size(), &read), watch);
+  } catch (const Found&) {
+    innermost.found = true;
+  }
+  return innermost;
+}
 
 }  // namespace
 
@@ -106,8 +163,18 @@ Json parse_json(std::string_view text, const std::string& source) {
   }
 }
 
-Json read_json_file(const std::string& file, const std::string& expected) {
-  return parse_json(read_input_file(file, expected, input_limits::json_bytes), file);
+JsonFile read_json_file(const std::string& file, const std::string& expected) {
+  JsonFile read{file, read_input_file(file, expected, input_limits::json_bytes), {}};
+  read.document = parse_json(read.text, file);
+  return read;
+}
+
+std::string json_place(const std::string& source, std::string_view text,
+                       const std::vector<std::string>& path) {
+  if (text.empty()) return source;
+  ValueLine value = line_of_value(text, path, false);
+  if (!value.found) value = line_of_value(text, path, true);
+  return fmt::format("{}:{}", source, value.line);
 }
 
 }  // namespace firn

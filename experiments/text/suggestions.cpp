@@ -115,10 +115,13 @@ std::optional<std::string_view> nearest(std::string_view word,
   return best;
 }
 
+std::string did_you_mean(std::string_view word) {
+  return fmt::format("did you mean \"{}\"?", word);
+}
+
 std::string suggestion(std::string_view word, const std::vector<std::string_view>& candidates) {
   constexpr std::size_t kMost = 40;  // names in a message
-  if (const auto likely = nearest(word, candidates))
-    return fmt::format("the nearest known one is \"{}\"", *likely);
+  if (const auto likely = nearest(word, candidates)) return did_you_mean(*likely);
   const std::size_t shown = std::min(candidates.size(), kMost);
   return fmt::format("expected one of {}{}", comma_list(std::span(candidates).first(shown)),
                      shown < candidates.size() ? ", ..." : "");

@@ -17,8 +17,10 @@ int edit_distance(std::string_view a, std::string_view b);
 std::optional<std::string_view> nearest(std::string_view word,
                                         const std::vector<std::string_view>& candidates);
 
-// The end of a message about an unknown word: `the nearest known one is "size"`; without a similar
-// one `expected one of a, b, c`.
+// `did you mean "size"?`, the end of a message about an unknown word.
+std::string did_you_mean(std::string_view word);
+
+// did_you_mean() with the nearest() candidate; without one `expected one of a, b, c`.
 std::string suggestion(std::string_view word, const std::vector<std::string_view>& candidates);
 
 }  // namespace firn

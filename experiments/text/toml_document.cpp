@@ -365,8 +365,10 @@ void TomlDocument::use_current(toml::table& root, const std::string& file) const
   });
 }
 
-void TomlDocument::apply(const std::vector<std::pair<std::string, std::string>>& overrides) {
-  for (const auto& [path, value] : overrides) set(path, value, override_label(path, value));
+void TomlDocument::apply(const std::vector<std::pair<std::string, std::string>>& overrides,
+                         const std::function<std::string(const std::string&)>& path_in_file) {
+  for (const auto& [path, value] : overrides)
+    set(path_in_file(path), value, override_label(path, value));
   if (!overrides.empty()) use_current(root_, kOverride);  // words and tables that they brought in
 }
 
@@ -396,15 +398,18 @@ std::string TomlDocument::first_names_text() const {
 
 void TomlDocument::fail(const std::string& path, unsigned line, const std::string& message,
                         const std::string& advice) const {
-  const std::string* by = nullptr;
-  // An override accounts for its own value, and for tables that exist only because of it.
+  // An override accounts for its own value. Where none does, one accounts for tables that exist
+  // only because of it.
+  const std::string *own = nullptr, *made = nullptr;
   const std::string table = path.substr(0, path.rfind('.'));
   for (const auto& [set_path, label] : set_by_) {
-    const bool made =
+    if (path == set_path || path.starts_with(set_path + ".")) own = &label;
+    const bool made_table =
         (line == 0 && (set_path.starts_with(path + ".") || set_path.starts_with(table + "."))) ||
         (set_path.starts_with(path + ".") && has_no_line(root_, path));
-    if (made || path == set_path || path.starts_with(set_path + ".")) by = &label;
+    if (made_table) made = &label;
   }
+  const std::string* by = own != nullptr ? own : made;
   const std::string problem = fmt::format("{}: {}", path.empty() ? "case" : named(path), message);
   if (by != nullptr) throw OverrideError(*by, problem, advice);
   throw InputError(

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <initializer_list>
 #include <limits>
 #include <map>
@@ -49,9 +50,11 @@ class TomlDocument {
   void include(const std::string& directory);
 
   // Sets values before anything is read. Each override is a TOML path (elements of arrays by index
-  // or by `name`) and a TOML value. Text that is not a TOML value is taken as a string. Throws
-  // OverrideError `--set PATH=VALUE: ...` for a path that does not exist.
-  void apply(const std::vector<std::pair<std::string, std::string>>& overrides);
+  // or by `name`) and a TOML value. Text that is not a TOML value is taken as a string.
+  // `path_in_file`: path in the document of the path that an override states. Throws OverrideError
+  // `--set PATH=VALUE: ...` for a path that does not exist.
+  void apply(const std::vector<std::pair<std::string, std::string>>& overrides,
+             const std::function<std::string(const std::string&)>& path_in_file = std::identity());
   // Sets one value from another source, whose name in messages is `label`.
   void set(const std::string& path, const std::string& value, const std::string& label);
   bool has(const std::string& path) const;  // through tables alone

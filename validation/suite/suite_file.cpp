@@ -41,6 +41,7 @@ ParameterSet read_parameter_set(const TomlTable& t, const Suite& suite) {
   p.note = t.string("note", "");
   p.material = t.string("material", "");
   p.set = read_case_overrides(t);
+  p.place = t.place("set");
   p.samples = t.integer("samples", 0, 0);
   if (p.samples > 0 && p.material.empty())
     t.fail("samples",
@@ -90,6 +91,7 @@ std::vector<double> read_factors(const TomlTable& t) {
 Refinement read_refinement(const TomlTable& t, const Seeds& seeds) {
   t.allow({"timestep", "stiffness", "material", "seeds"});
   Refinement r;
+  r.place = t.place();
   r.timesteps = read_factors(t);
   if (t.has("stiffness")) {
     r.stiffness = t.quantities("stiffness", dimension::pressure);
@@ -106,6 +108,7 @@ Variant read_variant(const TomlTable& t, const std::vector<Variant>& others, con
   Variant v;
   v.name = unique_table_name(t, others);
   v.set = read_case_overrides(t);
+  v.place = t.place("set");
   if (v.set.empty())
     t.fail("set", "is missing; expected what differs, such as { \"case.timestep\" = \"5 us\" }");
   v.seeds = seed_list(seeds.first, read_seeds(t, std::min(3, seeds.count)));
@@ -131,6 +134,7 @@ SuiteExperiment read_experiment(const TomlTable& t, const Suite& suite, const Se
     t.fail("case", fmt::format("{} does not exist; expected a case file, relative to the suite",
                                e.case_file));
   e.set = read_case_overrides(t);
+  e.place = t.place("set");
   Seeds seeds = of_suite;
   seeds.count = read_seeds(t, of_suite.count);
   e.seeds = seed_list(seeds.first, seeds.count);

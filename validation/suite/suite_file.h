@@ -19,6 +19,7 @@ struct ParameterSet {
   std::string material;       // record, "NAME[@VERSION]"; empty: none
   std::vector<Override> set;  // case keys
   int samples = 0;            // draws from the record's ensemble, for the uncertainty of the input
+  std::string place = {};     // "FILE:LINE: KEY" of `set`, for messages
 };
 
 // Runs of the first parameter set with finer numerics, to estimate their effect on the results.
@@ -28,6 +29,7 @@ struct Refinement {
   std::vector<double> stiffness;  // Young's moduli of `material`, Pa
   std::string material;           // of the particles
   std::vector<std::uint64_t> seeds;
+  std::string place = {};  // "FILE:LINE: KEY" of the table, for messages
 };
 
 // Runs of the first parameter set with other keys: a coarser mesh, another sampling rate.
@@ -40,6 +42,7 @@ struct Variant {
   // An end of the range of an assumption, such as a dimension that no source gives. It adds to the
   // input uncertainty and may change a verdict.
   bool assumed = false;
+  std::string place = {};  // "FILE:LINE: KEY" of `set`, for messages
 };
 
 struct SuiteExperiment {
@@ -51,6 +54,7 @@ struct SuiteExperiment {
   std::vector<std::string> parameter_sets = {};  // with these only; empty: with all
   std::optional<int> samples = {};               // draws in place of those of the parameter sets
   std::vector<std::string> assumes = {};         // what is assumed without a range, in words
+  std::string place = {};                        // "FILE:LINE: KEY" of `set`, for messages
   bool runs_with(const ParameterSet& set) const;
 };
 

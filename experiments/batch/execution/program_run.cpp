@@ -11,7 +11,6 @@
 #include "experiments/system/text_encoding.h"
 #include "experiments/text/csv/csv_reader.h"
 #include "experiments/text/json_fields.h"
-#include "experiments/text/json_parser.h"
 #include "experiments/text/units.h"
 
 namespace firn {
@@ -52,15 +51,15 @@ void fields(Fields& f, ProgramResponse& r) {
 
 // By name.
 std::vector<Response> read_json_responses(const std::string& file) {
-  Json document = read_json_file(file, "the responses of the program");
-  if (!document.is_object())
-    throw InputError(
-        fmt::format("{}: is no JSON object; expected {{\"RESPONSE\": NUMBER, ...}}", file));
-  for (auto& [name, value] : document.items())
+  JsonFile output = read_json_file(file, "the responses of the program");
+  if (!output.document.is_object())
+    throw InputError(fmt::format("{}: is no JSON object; expected {{\"RESPONSE\": NUMBER, ...}}",
+                                 json_place(file, output.text, {})));
+  for (auto& [name, value] : output.document.items())
     if (!value.is_object()) value = Json{{"value", value}};
   std::vector<Response> responses;
-  for (auto& [name, read] : document_from_json<std::map<std::string, ProgramResponse>>(
-           document, file, JsonReading::strict)) {
+  for (auto& [name, read] :
+       document_from_json<std::map<std::string, ProgramResponse>>(output, JsonReading::strict)) {
     responses.push_back(response_of(name, read.value.value_or(kUndefined), std::move(read.unit)));
     if (read.uncertainty) responses.back().uncertainty = {*read.uncertainty};
   }
@@ -101,7 +100,8 @@ std::string program_run_text(ProgramRun run) { return json_text(std::move(run), 
 
 ProgramRun parse_program_run(const std::string& text) {
   const std::string source = "run of a program";
-  auto run = document_from_json<ProgramRun>(parse_json(text, source), source, JsonReading::strict);
+  auto run =
+      document_from_json<ProgramRun>(parse_json(text, source), source, JsonReading::strict, text);
   if (run.arguments.empty())
     throw InputError(fmt::format("{}: document: names no program", source));
   return run;

@@ -96,8 +96,8 @@ static void fields(Fields& f, JobResult& outcome) {
 namespace {
 
 Job read_task(const std::string& file, int index, std::string& program) {
-  const Json document = read_json_file(file, "a list of tasks of firn calibrate");
-  auto list = document_from_json<TaskList>(document, file, JsonReading::strict);
+  auto list = document_from_json<TaskList>(
+      read_json_file(file, "a list of tasks of firn calibrate"), JsonReading::strict);
   if (index < 0 || index >= static_cast<int>(list.tasks.size()))
     throw InputError(
         fmt::format("{}: holds no task {}; expected a list of firn calibrate", file, index));
@@ -125,8 +125,8 @@ std::optional<JobResult> read_task_outcome(const Job& job) {
   if (std::error_code error; !fs::exists(file, error)) return std::nullopt;
   JobResult r;
   try {
-    const Json document = read_json_file(file, "an outcome of firn calibrate");
-    r = document_from_json<JobResult>(document, file, JsonReading::strict);
+    r = document_from_json<JobResult>(read_json_file(file, "an outcome of firn calibrate"),
+                                      JsonReading::strict);
   } catch (const InputError&) {  // a part of it, on a shared folder
     return std::nullopt;
   }

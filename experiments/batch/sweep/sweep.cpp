@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "experiments/batch/batch_folder.h"
+#include "experiments/batch/override_places.h"
 #include "experiments/responses/response_expression.h"
 #include "experiments/results/response.h"
 #include "experiments/system/interruption.h"
@@ -33,6 +34,29 @@ std::vector<std::string> materials(const Sweep& sweep, std::size_t combination) 
   for (std::size_t i = 0; i < values.size(); ++i)
     if (sweep.vary[i].is_material()) all.push_back(values[i]);
   return all;
+}
+
+// Where the sweep states an override; empty: nowhere.
+std::string place_of(const Sweep& sweep, const Override& o) {
+  for (const SweptKey& k : sweep.vary)
+    if (std::ranges::count(k.keys, o.first) > 0 && std::ranges::count(k.values, o.second) > 0)
+      return k.place;
+  return std::ranges::count(sweep.set, o) > 0 ? sweep.set_place : "";
+}
+
+BatchRun planned_run(const Sweep& sweep, std::size_t combination, std::uint64_t seed,
+                     const Batch& batch, const std::string& folder) {
+  const std::vector<Override> values = overrides(sweep, combination, seed);
+  const RunLabel label{"", "sweep", static_cast<int>(combination), sweep.label(combination), seed};
+  BatchRun run = with_override_places(
+      sweep.case_file, values, [&](const Override& o) { return place_of(sweep, o); },
+      [&] {
+        return batch.make(sweep.case_file, values, folder, label,
+                          {materials(sweep, combination), ""});
+      });
+  run.job.threads = sweep.threads;
+  run.job.limits = sweep.execution.limits;
+  return run;
 }
 
 // What is tabled: as asked for, or every single-valued response of the first run that finished.
@@ -98,13 +122,8 @@ void carry_out(SweepResult& r, const SweepOptions& options) {
   std::vector<BatchRun> runs;
   for (std::size_t c = 0; c < r.sweep.combinations(); ++c)
     for (const std::uint64_t seed : r.sweep.seeds) {
-      BatchRun next = batch.make(r.sweep.case_file, overrides(r.sweep, c, seed), folder.runs(),
-                                 {"", "sweep", static_cast<int>(c), r.sweep.label(c), seed},
-                                 {materials(r.sweep, c), ""});
-      next.job.threads = r.sweep.threads;
-      next.job.limits = r.sweep.execution.limits;
-      r.runs.push_back({c, seed, next.job.key, {}, {}});
-      runs.push_back(std::move(next));
+      runs.push_back(planned_run(r.sweep, c, seed, batch, folder.runs()));
+      r.runs.push_back({c, seed, runs.back().job.key, {}, {}});
     }
   folder.progress().phase(r.sweep.name);
   try {

@@ -18,6 +18,7 @@ struct SweptKey {
   std::string name;
   std::vector<std::string> keys;
   std::vector<std::string> values;
+  std::string place = {};  // "FILE:LINE: KEY" of `keys`, for messages
 
   bool is_material() const { return keys.empty(); }
 };
@@ -32,6 +33,7 @@ struct Sweep {
   std::string source, text;
   std::string name, case_file;
   std::vector<Override> set;           // for all runs
+  std::string set_place;               // "FILE:LINE: KEY" of `set`, for messages
   std::vector<std::string> materials;  // records, for all runs
   std::vector<std::string> responses;  // expressions; empty: all responses of one value
   std::vector<std::uint64_t> seeds;

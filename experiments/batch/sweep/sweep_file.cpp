@@ -30,6 +30,7 @@ SweptKey read_key(const TomlTable& t, const Sweep& sweep) {
   }
   for (const std::string& key : t.strings("keys"))
     k.keys.push_back(current_case_key(t, "keys", key));
+  k.place = t.place("keys");
   if (k.keys.empty()) t.fail("keys", "is missing; expected keys of the case");
   for (const std::string& key : k.keys)
     if (key == "case.seed")
@@ -115,6 +116,7 @@ Sweep read_sweep(const std::string& file) {
   s.name = valid_name(head);
   s.case_file = case_path(head, file, "sweep");
   s.set = read_case_overrides(head);
+  s.set_place = head.place("set");
   s.materials = head.strings("materials");
   s.responses = current_responses(head, "responses");
   for (const std::string& name : s.responses)

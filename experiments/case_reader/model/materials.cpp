@@ -57,9 +57,9 @@ std::pair<std::size_t, std::size_t> find_pair(const TomlTable& all, const std::s
   }
   if (found.empty()) {
     const auto likely = nearest(key, {names.begin(), names.end()});
-    all.fail(key, "joins no two known materials",
-             likely ? fmt::format("the nearest pair is \"{}\"", *likely)
-                    : "expected two materials of the case, joined by a dash");
+    all.fail(
+        key, "joins no two known materials",
+        likely ? did_you_mean(*likely) : "expected two materials of the case, joined by a dash");
   }
   if (found.size() > 1) {
     all.fail(key,
