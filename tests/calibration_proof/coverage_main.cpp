@@ -5,191 +5,147 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <nlohmann/json.hpp>
+#include <cstdlib>
+#include <limits>
+#include <set>
+#include <string>
+#include <vector>
 
-#include "calibrate/inference/goodness_of_fit.h"
-#include "calibrate/inference/posterior.h"
-#include "experiments/storage/sha256.h"
-#include "tests/calibration_proof/covered_problem.h"
-#include "tests/support/fake_experiment.h"
+#include "experiments/analysis/sample_statistics.h"
+#include "firn/math.h"
+#include "tests/calibration_proof/coverage_engine.h"
+#include "tests/calibration_proof/coverage_record.h"
+#include "tests/calibration_proof/coverage_table.h"
+#include "tests/calibration_proof/process_tasks.h"
+#include "tests/support/scratch_folder.h"
 
 namespace firn::proof {
 namespace {
 
-using Eigen::Index;
-using Eigen::VectorXd;
-using nlohmann::json;
-using Values = std::vector<double>;
-
-struct CoverageCounts {
-  int studies = 0, region_95 = 0, region_68 = 0, ideal_95 = 0, ideal_68 = 0, intervals = 0;
-  int parameters = 0, infeasible = 0, ideal_infeasible = 0, unconfirmed = 0, confirmed_values = 0;
-  int combinations = 0, far_off = 0, predictions = 0, confirmed_far_off = 0;
-  double log_width = 0, confirmed_z2 = 0, model_z2 = 0, cost = 0;
+struct CoverageOptions {
+  std::string file, record;
+  std::vector<std::string> names;  // of problems; empty: all
+  int first = 0, studies = 10, runs = 40, jobs = 1;
+  int from = 0, to = 1000;
+  double minutes = 0;  // 0: no limit
+  bool table = false, check = false;
 };
 
-void judge_study(const CoveredProblem& p, const VectorXd& truth_u, const Values& truth,
-                 const std::vector<double>& target, const json& j, CoverageCounts& t) {
-  ++t.studies;
-  t.cost += j["wall_seconds"].get<double>();
-  t.infeasible += j["verdict"] == "infeasible";
-  t.unconfirmed += j["verdict"] == "unconfirmed";
-  const json& compared = j["compare"][0];
-  if (!compared.contains("hpd_level")) return;
-  const double hpd_level = compared["hpd_level"];
-  t.region_95 += hpd_level <= 0.95;
-  t.region_68 += hpd_level <= 0.68;
-  const auto exact = [&](const VectorXd& u) {
-    double cost = 0;
-    const Values v = values_at(p, u);
-    for (std::size_t k = 0; k < target.size(); ++k)
-      cost += std::pow((p.responses[k].mean(v) - target[k]) / p.responses[k].uncertainty, 2);
-    return cost;
-  };
-  const Posterior ideal = sample_density(exact, static_cast<int>(truth.size()));
-  const double ideal_level = ideal.hpd_level(exact(truth_u));
-  t.ideal_95 += ideal_level <= 0.95;
-  t.ideal_68 += ideal_level <= 0.68;
-  // The same test of fit with the exact responses, at the best of the samples.
-  const double least = *std::min_element(ideal.cost.begin(), ideal.cost.end());
-  t.ideal_infeasible +=
-      chi_square_tail(least, j["goodness_of_fit"]["degrees_of_freedom"].get<double>()) < 0.05;
-  for (const CoveredResponse& r : p.responses) {
-    const json& fit = compared["fit"][r.name];
-    t.model_z2 += std::pow(
-        (fit["value"].get<double>() - r.mean(truth)) / fit["uncertainty"].get<double>(), 2);
-    ++t.predictions;
+std::vector<CoveredProblem> selected_problems(const CoverageOptions& o) {
+  const std::vector<CoveredProblem> all = read_covered_problems(o.file);
+  for (const std::string& name : o.names)
+    if (std::ranges::find(all, name, &CoveredProblem::name) == all.end())
+      throw InputError(fmt::format("--problem: \"{}\" is not in {}; expected the name of a problem",
+                                   name, o.file));
+  std::vector<CoveredProblem> selected;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const int number = static_cast<int>(i);
+    if (number < o.from || number > o.to) continue;
+    if (o.names.empty() || std::ranges::count(o.names, all[i].name) > 0) selected.push_back(all[i]);
   }
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    const json& q = j["parameters"][i];
-    double mean = 0, square = 0;
-    for (std::size_t s = 0; s < ideal.u.size(); ++s)
-      mean += ideal.weight[s] * ideal.u[s][static_cast<Index>(i)];
-    for (std::size_t s = 0; s < ideal.u.size(); ++s)
-      square += ideal.weight[s] * std::pow(ideal.u[s][static_cast<Index>(i)] - mean, 2);
-    t.log_width += std::log(q["posterior_to_prior_sd"].get<double>() / std::sqrt(12 * square));
-    t.intervals += q["interval_95"][0] <= truth[i] && truth[i] <= q["interval_95"][1];
-    ++t.parameters;
-  }
-  for (const json& c : j["combinations"]) {
-    if (!c["identifiable"]) continue;
-    double at_truth = 0;
-    for (std::size_t i = 0; i < truth.size(); ++i)
-      at_truth += c["terms"][i]["coefficient"].get<double>() *
-                  (p.parameters[i].logarithmic ? std::log(truth[i]) : truth[i]);
-    ++t.combinations;
-    t.far_off += std::abs(at_truth - c["value"].get<double>()) > 2 * c["uncertainty"].get<double>();
-  }
-  if (!j.contains("estimate")) return;
-  Values answer;
-  for (std::size_t i = 0; i < truth.size(); ++i)
-    answer.push_back(j["estimate"]["parameters"]["p" + std::to_string(i)]);
-  for (const CoveredResponse& r : p.responses) {
-    const json& o = j["estimate"]["simulated"][r.name];
-    if (o["value"].is_null() || !(o["standard_error"].get<double>() > 0)) continue;
-    const double z =
-        (o["value"].get<double>() - r.mean(answer)) / o["standard_error"].get<double>();
-    t.confirmed_z2 += z * z;
-    t.confirmed_far_off += std::abs(z) > 2;
-    ++t.confirmed_values;
-  }
+  return selected;
 }
 
-CoverageCounts cover(const CoveredProblem& p, const std::string& where, int studies, int runs) {
-  CoverageCounts t;
-  const std::uint64_t of_problem = std::stoull(sha256(p.name + where).substr(0, 15), nullptr, 16);
-  for (int s = 0; s < studies; ++s) {
-    std::mt19937_64 random(of_problem + static_cast<std::uint64_t>(s));
-    const VectorXd u = draw_truth(p, where, random);
-    const Values truth = values_at(p, u);
-    std::vector<double> target;
-    for (const CoveredResponse& r : p.responses)
-      target.push_back(r.mean(truth) + r.uncertainty * normal_deviate(random));
-    judge_study(p, u, truth, target, solve_covered(p, truth, target, runs, 1 + 10000 * s), t);
+// Those that the record lacks. The lowest indices come first, so that all rows grow alike.
+std::vector<ProcessTask> missing_studies(const std::vector<CoveredProblem>& problems,
+                                         const CoverageOptions& o, const std::string& record) {
+  std::set<StudyKey> known;
+  for (const RecordedStudy& study : read_coverage_record(record)) known.insert(study.key);
+  std::vector<ProcessTask> tasks;
+  for (int i = o.first; i < o.studies; ++i)
+    for (const CoveredProblem& p : problems)
+      for (const std::string& truth : p.truths) {
+        const StudyKey key = study_key(p, truth, i);
+        if (known.contains(key)) continue;
+        tasks.push_back(
+            {fmt::format("{}, {}, study {}", p.name, truth, i), [&p, key, record, runs = o.runs] {
+               const CoverageOutcome outcome = cover(p, key.truth, key.index, runs);
+               add_to_coverage_record(record, {RecordedStudy{key, outcome}});
+             }});
+      }
+  return tasks;
+}
+
+// 0, 2 if a study failed, 130 after an interruption.
+int run_studies(const std::vector<CoveredProblem>& problems, const CoverageOptions& o,
+                const std::string& record) {
+  add_to_coverage_record(record, {});  // sorts it, and shows whether it can be written
+  const ProcessCounts counts =
+      run_in_processes(missing_studies(problems, o, record), o.jobs,
+                       o.minutes > 0 ? 60 * o.minutes : std::numeric_limits<double>::infinity());
+  if (counts.interrupted) return 130;
+  return counts.failed > 0 ? 2 : 0;
+}
+
+// The engine may be conservative; more misses than chance explains once in a thousand are a
+// defect.
+bool holds_enough_truths(const std::vector<CoverageRow>& rows) {
+  CoverageCounts all;
+  for (const CoverageRow& row : rows)
+    if (row.older.empty()) all.add(row.counts);
+  return binomial_interval(all.region_95, all.studies, 0.998).high >= 0.90;
+}
+
+// 1 if a row exceeds its limits.
+int check_rows(const std::vector<CoverageRow>& rows) {
+  int checked = 0, exceeding = 0;
+  for (const CoverageRow& row : rows) {
+    checked += row.older.empty() && row.counts.studies >= coverage_least_studies;
+    const std::vector<std::string> exceeded = exceeded_limits(row);
+    exceeding += exceeded.empty() ? 0 : 1;
+    for (const std::string& one : exceeded) fmt::print("{}, {}: {}\n", row.problem, row.truth, one);
   }
-  return t;
+  fmt::print("engine {}: {} rows have {} studies or more, {} of them exceed limits\n",
+             coverage_engine(), checked, coverage_least_studies, exceeding);
+  return exceeding > 0 ? 1 : 0;
 }
 
-void print_row(const std::string& name, const CoverageCounts& t) {
-  const auto share = [](int part, int of) {
-    return of == 0 ? std::string("-") : fmt::format("{:.0f} %", 100.0 * part / of);
-  };
-  const auto ratio = [](double z2, int of) { return std::sqrt(z2 / std::max(1, of)); };
-  fmt::print(
-      "| {} | {} | {} | {} | {} | {} | {} | {:.2f} | {} of {} | {} ({}) | {} | {:.2f} | "
-      "{} of {} | {:.2f} | {:.0f} |\n",
-      name, t.studies, share(t.region_95, t.studies), share(t.ideal_95, t.studies),
-      share(t.region_68, t.studies), share(t.ideal_68, t.studies), share(t.intervals, t.parameters),
-      std::exp(t.log_width / std::max(1, t.parameters)), t.far_off, t.combinations, t.infeasible,
-      t.ideal_infeasible, t.unconfirmed, ratio(t.confirmed_z2, t.confirmed_values),
-      t.confirmed_far_off, t.confirmed_values, ratio(t.model_z2, t.predictions),
-      t.cost / std::max(1, t.studies));
-  std::fflush(stdout);
-}
-
-void add(CoverageCounts& sum, const CoverageCounts& t) {
-  for (int CoverageCounts::*n :
-       {&CoverageCounts::studies, &CoverageCounts::region_95, &CoverageCounts::region_68,
-        &CoverageCounts::ideal_95, &CoverageCounts::ideal_68, &CoverageCounts::intervals,
-        &CoverageCounts::parameters, &CoverageCounts::infeasible, &CoverageCounts::ideal_infeasible,
-        &CoverageCounts::unconfirmed, &CoverageCounts::confirmed_values,
-        &CoverageCounts::combinations, &CoverageCounts::far_off, &CoverageCounts::predictions,
-        &CoverageCounts::confirmed_far_off})
-    sum.*n += t.*n;
-  for (double CoverageCounts::*x : {&CoverageCounts::log_width, &CoverageCounts::confirmed_z2,
-                                    &CoverageCounts::model_z2, &CoverageCounts::cost})
-    sum.*x += t.*x;
-}
-
-// Chance of at most so many successes of so many tries.
-double chance_of_so_few(int inside, int count, double share) {
-  double sum = 0;
-  for (int k = 0; k <= inside; ++k)
-    sum += std::exp(std::lgamma(count + 1) - std::lgamma(k + 1) - std::lgamma(count - k + 1) +
-                    k * std::log(share) + (count - k) * std::log(1 - share));
-  return sum;
+int run_coverage(const CoverageOptions& o) {
+  const std::vector<CoveredProblem> problems = selected_problems(o);
+  // Holds the files of studies, also of those that are interrupted.
+  const test::ScratchFolder scratch("coverage-proof");
+  ::setenv("TMPDIR", scratch.path().c_str(), 1);
+  const std::string record = o.record.empty() ? scratch / "record.csv" : o.record;
+  const bool measures = !o.table && !o.check;
+  const int status = measures ? run_studies(problems, o, record) : 0;
+  if (status == 130) return status;
+  const std::vector<CoverageRow> rows = coverage_rows(read_coverage_record(record), problems);
+  if (o.check) return check_rows(rows);
+  fmt::print("{}", coverage_table(rows));
+  if (status != 0 || o.table) return status;
+  return holds_enough_truths(rows) ? 0 : 1;
 }
 
 }  // namespace
 }  // namespace firn::proof
 
 int main(int argc, char** argv) {
-  using namespace firn::proof;
   CLI::App app("How often do regions and intervals hold the truth?");
-  std::string file, only;
-  int studies = 10, runs = 40, from = 0, to = 1000;
-  app.add_option("PROBLEMS.toml", file)->required();
-  app.add_option("--studies", studies, "for each problem and place of the truth")
+  firn::proof::CoverageOptions o;
+  app.add_option("PROBLEMS.toml", o.file)->required();
+  CLI::Option* const record = app.add_option(
+      "--record", o.record, "CSV file of finished studies: those in it are not repeated");
+  app.add_option("--studies", o.studies, "for each problem and place of the truth")
       ->capture_default_str();
-  app.add_option("--runs", runs, "of each study")->capture_default_str();
-  app.add_option("--problem", only, "of this name alone");
-  app.add_option("--from", from, "first problem, by number")->capture_default_str();
-  app.add_option("--to", to, "last problem, by number")->capture_default_str();
+  app.add_option("--first", o.first, "number of the first study, from 0")->capture_default_str();
+  app.add_option("--runs", o.runs, "of each study")->capture_default_str()->excludes(record);
+  app.add_option("--problem", o.names, "of this name alone; may be repeated")
+      ->allow_extra_args(false);
+  app.add_option("--from", o.from, "first problem, by number")->capture_default_str();
+  app.add_option("--to", o.to, "last problem, by number")->capture_default_str();
+  app.add_option("--jobs", o.jobs, "studies side by side")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  app.add_option("--minutes", o.minutes, "start no study after this time");
+  CLI::Option* const table =
+      app.add_flag("--table", o.table, "print the table of the record, without studies");
+  table->needs(record);
+  app.add_flag("--check", o.check, "end with status 1 if a row of the record exceeds its limits")
+      ->needs(record)
+      ->excludes(table);
   CLI11_PARSE(app, argc, argv);
   try {
-    const std::vector<CoveredProblem> problems = read_covered_problems(file);
-    fmt::print(
-        "| problem, truth | studies | 95 % region | of the ideal | 68 % region | of the ideal | "
-        "95 % intervals | width over ideal | determined off by > 2u | infeasible (ideal) | "
-        "unconfirmed | confirmed error over stated | off by > 2 sd | model error over stated | "
-        "cost |\n"
-        "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
-    CoverageCounts all;
-    for (int i = from; i < static_cast<int>(problems.size()) && i <= to; ++i) {
-      const CoveredProblem& p = problems[static_cast<std::size_t>(i)];
-      if (!only.empty() && p.name != only) continue;
-      for (const std::string& where : p.truths) {
-        const CoverageCounts t = cover(p, where, studies, runs);
-        print_row(p.name + ", " + where, t);
-        add(all, t);
-      }
-    }
-    print_row("all", all);
-    // The engine may be conservative; more misses than chance explains once in a thousand is a
-    // broken promise.
-    return chance_of_so_few(all.region_95, all.studies, 0.90) < 0.001 ? 1 : 0;
+    return firn::proof::run_coverage(o);
   } catch (const std::exception& e) {
     fmt::print(stderr, "firn: {}\n", e.what());
     return 2;

@@ -1,7 +1,10 @@
 #include "tests/calibration_proof/covered_problem.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "experiments/analysis/random_stream.h"
 #include "experiments/system/input_file.h"
@@ -17,6 +20,43 @@ using Eigen::VectorXd;
 using nlohmann::json;
 using Values = std::vector<double>;
 
+void read_problem_parameters(const TomlTable& t, CoveredProblem& p) {
+  for (const TomlTable& q : t.tables("parameters")) {
+    q.allow({"name", "min", "max", "scale"});
+    Parameter a;
+    a.name = q.string("name");
+    a.min = q.number("min");
+    a.max = q.number("max");
+    a.logarithmic = q.choice("scale", {"linear", "log"}, "linear") == "log";
+    p.parameters.push_back(a);
+    p.definition +=
+        fmt::format("{}: {} to {}{}; ", a.name, a.min, a.max, a.logarithmic ? ", log" : "");
+  }
+}
+
+void read_problem_responses(const TomlTable& t, CoveredProblem& p) {
+  std::vector<std::string> names;
+  for (const Parameter& a : p.parameters) names.push_back(a.name);
+  for (const TomlTable& q : t.tables("responses")) {
+    q.allow({"name", "value", "uncertainty", "noise", "shift", "shift_share", "low_fidelity_bias"});
+    const std::string none = "0";
+    CoveredResponse r;
+    r.name = q.string("name");
+    r.uncertainty = q.number("uncertainty");
+    p.definition += fmt::format("{}: uncertainty {}; ", r.name, r.uncertainty);
+    const auto formula = [&](const char* key, const std::string& text) {
+      if (text != none) p.definition += fmt::format("{} = {}; ", key, text);
+      return q.at(key, [&] { return parse_formula(text, names); });
+    };
+    r.value = formula("value", q.string("value"));
+    r.noise = formula("noise", q.string("noise", none));
+    r.shift = formula("shift", q.string("shift", none));
+    r.shift_share = formula("shift_share", q.string("shift_share", none));
+    r.low_fidelity_bias = formula("low_fidelity_bias", q.string("low_fidelity_bias", none));
+    p.responses.push_back(r);
+  }
+}
+
 CoveredProblem read_covered_problem(const TomlTable& t) {
   t.allow({"name", "truths", "parameters", "responses", "low_fidelity_cost"});
   CoveredProblem p;
@@ -27,27 +67,10 @@ CoveredProblem read_covered_problem(const TomlTable& t) {
     if (truth != "prior" && truth != "border" && truth != "corner")
       t.fail("truths", "has another word; expected some of prior, border, corner");
   p.low_fidelity_cost = t.number("low_fidelity_cost", 0);
-  std::vector<std::string> names;
-  for (const TomlTable& q : t.tables("parameters")) {
-    q.allow({"name", "min", "max", "scale"});
-    Parameter a;
-    a.name = q.string("name");
-    a.min = q.number("min");
-    a.max = q.number("max");
-    a.logarithmic = q.choice("scale", {"linear", "log"}, "linear") == "log";
-    names.push_back(a.name);
-    p.parameters.push_back(a);
-  }
-  for (const TomlTable& q : t.tables("responses")) {
-    q.allow({"name", "value", "uncertainty", "noise", "shift", "shift_share", "low_fidelity_bias"});
-    const auto formula = [&](const char* key, const std::string& otherwise) {
-      return q.at(key, [&] { return parse_formula(q.string(key, otherwise), names); });
-    };
-    p.responses.push_back({q.string("name"), q.number("uncertainty"),
-                           q.at("value", [&] { return parse_formula(q.string("value"), names); }),
-                           formula("noise", "0"), formula("shift", "0"),
-                           formula("shift_share", "0"), formula("low_fidelity_bias", "0")});
-  }
+  if (p.low_fidelity_cost > 0)
+    p.definition += fmt::format("low_fidelity_cost {}; ", p.low_fidelity_cost);
+  read_problem_parameters(t, p);
+  read_problem_responses(t, p);
   if (p.parameters.empty() || p.responses.empty())
     t.fail("", "has no parameters or no responses; expected both");
   return p;
@@ -66,7 +89,12 @@ std::vector<CoveredProblem> read_covered_problems(const std::string& file) {
   const TomlTable root = TomlTable::root(document);
   root.allow({"problems"});
   std::vector<CoveredProblem> all;
-  for (const TomlTable& t : root.tables("problems")) all.push_back(read_covered_problem(t));
+  std::set<std::string> names;
+  for (const TomlTable& t : root.tables("problems")) {
+    all.push_back(read_covered_problem(t));
+    if (!names.insert(all.back().name).second)
+      t.fail("name", "is that of another problem, too; expected different names");
+  }
   return all;
 }
 

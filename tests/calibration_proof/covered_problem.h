@@ -28,9 +28,10 @@ struct CoveredProblem {
   std::vector<CoveredResponse> responses;
   std::vector<std::string> truths;  // "prior", "border", "corner"
   double low_fidelity_cost = 0;     // of a run, where one of high fidelity costs 1; 0: none
+  std::string definition;           // parameters, responses and cost as text; defaults are left out
 };
 
-// Throws InputError.
+// Throws InputError, also for two problems of one name.
 std::vector<CoveredProblem> read_covered_problems(const std::string& file);
 // A true set of parameters (unit cube): "prior" anywhere, "border" on one border, or "corner".
 Eigen::VectorXd draw_truth(const CoveredProblem& problem, const std::string& where,
