@@ -23,7 +23,6 @@ const FirnReplayMarkers = (() => {
       this.scene = scene;
       this.list = [];
       this.kinds = new Map();  // kind -> {color, count}
-      this.box = new THREE.Box3();
       for (const marker of replay.markers || []) {
         const known = this.kinds.get(marker.kind) || {color: css(COLORS[marker.kind] || 0x666666), count: 0};
         ++known.count;
@@ -32,10 +31,6 @@ const FirnReplayMarkers = (() => {
         made.group.visible = false;
         scene.add(made.group);
         this.list.push(made);
-        if (marker.kind === 'fill' || marker.kind === 'inlet') {
-          this.box.expandByPoint(new THREE.Vector3(...marker.low));
-          this.box.expandByPoint(new THREE.Vector3(...marker.high));
-        }
       }
     }
 

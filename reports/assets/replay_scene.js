@@ -233,32 +233,11 @@ const FirnReplayScene = (() => {
       this.bonds.material.depthTest = false;
     }
 
-    // Boundaries where they start, but for planes, and where particles mostly are: not all
-    // the way that they fall.
+    // The first view: scene_extent() in reports/replay/replay_data.h.
     home() {
-      const box = new THREE.Box3(), r = this.replay, along = [[], [], []];
-      for (const {mesh, body} of this.boundaries) {
-        if (mesh.userData.plane || !this.placeBoundary(mesh, r.start, 0, body)) continue;
-        box.union(new THREE.Box3().setFromBufferAttribute(mesh.geometry.getAttribute('position'))
-            .applyMatrix4(mesh.matrix));
-      }
-      for (let f = 0; f < r.time.length; f += Math.ceil(r.time.length / 40)) {
-        for (let i = 0; i < r.particles; ++i) {
-          if (!r.present(f, i)) continue;
-          r.position(f, i, this.position);
-          this.position.forEach((v, k) => along[k].push(v));
-        }
-      }
-      if (along[0].length) {
-        const places = along.map((values) => Float64Array.from(values).sort());
-        const reach = Math.max(...this.groups.map((g) => g.radius));
-        const corner = (share) => new THREE.Vector3(...places.map((v) => v[Math.round(share * (v.length - 1))]));
-        box.union(new THREE.Box3(corner(0.1), corner(0.9)).expandByScalar(2 * reach));
-      }
-      if (r.setup) box.union(this.markers.box);
-      if (box.isEmpty()) box.setFromCenterAndSize(new THREE.Vector3(), new THREE.Vector3(0.1, 0.1, 0.1));
-      this.box = box;
-      this.markers.resize(0.5 * box.getSize(new THREE.Vector3()).length());
+      const {low, high} = this.replay.extent;
+      this.box = new THREE.Box3(new THREE.Vector3(...low), new THREE.Vector3(...high));
+      this.markers.resize(0.5 * this.box.getSize(new THREE.Vector3()).length());
       this.frame();
     }
 

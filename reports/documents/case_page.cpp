@@ -255,7 +255,8 @@ Json particle_facts(const Case& c, const ScenePoses& poses) {
   facts["shapes"] = replay::shapes_json(c, n);
   for (std::size_t s = 0; s < c.model.shapes.size(); ++s)
     facts["shapes"][s]["parts"] = replay::parts_json(c.model.shapes[s]);
-  const Eigen::AlignedBox3d box = replay::scene_extent(c, poses.tracks);
+  const Eigen::AlignedBox3d box = replay::scene_extent(c, poses.tracks, true);
+  facts["extent"] = replay::box_json(box);
   const std::size_t each =
       replay::kBoundaryTriangles / std::max<std::size_t>(c.model.boundaries.size(), 1);
   for (const Boundary& b : c.model.boundaries) {

@@ -171,13 +171,23 @@ void add_axes(Json& markers, const Case& c) {
   }
 }
 
-// The places of all particles along each axis but for the lowest and the highest twentieth, and the
+// Where particles are inserted. Empty for an inlet without positions.
+Eigen::AlignedBox3d region_of(const Inlet& inlet) {
+  Eigen::AlignedBox3d box;
+  for (const Vec3& p : inlet.positions) {
+    box.extend(p - inlet.position_jitter);
+    box.extend(p + inlet.position_jitter);
+  }
+  return box;
+}
+
+// The places of all particles along each axis but for the lowest and the highest tenth, and the
 // largest shape around them. Empty without particles.
-Eigen::AlignedBox3d extent_of_particles(const Case& c, const PoseTracks& tracks) {
+Eigen::AlignedBox3d extent_of_particles(const Case& c, const PoseTracks& tracks,
+                                        std::size_t particles) {
   constexpr std::size_t kMostFrames = 40;
-  constexpr double kLowest = 0.05, kHighest = 0.95;
-  const std::size_t particles = tracks.bodies - c.model.boundaries.size();
-  const std::size_t stride = std::max<std::size_t>(tracks.time.size() / kMostFrames, 1);
+  constexpr double kLowest = 0.1, kHighest = 0.9;
+  const std::size_t stride = (tracks.time.size() + kMostFrames - 1) / kMostFrames;
   std::array<std::vector<double>, 3> along;
   for (std::size_t f = 0; f < tracks.time.size(); f += stride)
     for (std::size_t i = 0; i < particles; ++i) {
@@ -250,22 +260,32 @@ TriangleMesh plane_rectangle(const Boundary& plane, const Eigen::AlignedBox3d& b
   return mesh;
 }
 
-Eigen::AlignedBox3d scene_extent(const Case& c, const PoseTracks& tracks) {
-  Eigen::AlignedBox3d box = extent_of_particles(c, tracks);
-  if (box.isEmpty()) {
+Eigen::AlignedBox3d scene_extent(const Case& c, const PoseTracks& tracks, bool with_regions) {
+  const std::size_t particles = tracks.bodies - c.model.boundaries.size();
+  Eigen::AlignedBox3d box = extent_of_particles(c, tracks, particles);
+  if (with_regions || box.isEmpty()) {
     for (const Fill& fill : c.fills) {
       box.extend(fill.region_min);
       box.extend(fill.region_max);
     }
-    for (const Inlet& inlet : c.inlets)
-      for (const Vec3& p : inlet.positions) box.extend(p);
+    for (const Inlet& inlet : c.inlets) box.extend(region_of(inlet));
   }
-  for (const Boundary& b : c.model.boundaries)
-    for (const Vec3& v : b.mesh.vertices) box.extend(b.origin + b.orientation * v);
+  for (std::size_t b = 0; b < c.model.boundaries.size(); ++b) {
+    const auto& p = tracks.position[particles + b];
+    const auto& q = tracks.orientation[particles + b];
+    if (std::isnan(p[0])) continue;
+    const Vec3 origin(p[0], p[1], p[2]);
+    const Quat orientation(q[0], q[1], q[2], q[3]);
+    for (const Vec3& v : c.model.boundaries[b].mesh.vertices) box.extend(origin + orientation * v);
+  }
   if (box.isEmpty()) box.extend(Vec3::Zero());
   constexpr double kLeast = 0.05;  // m, of a scene of one point
   if (box.diagonal().norm() > 0) return box;
   return {box.min() - Vec3::Constant(kLeast), box.max() + Vec3::Constant(kLeast)};
+}
+
+Json box_json(const Eigen::AlignedBox3d& box) {
+  return {{"low", vector_json(box.min())}, {"high", vector_json(box.max())}};
 }
 
 Json parts_json(const Shape& shape) {
@@ -284,11 +304,8 @@ Json markers_json(const Case& c) {
     markers.push_back(box_marker("fill", fmt::format("{} {}", fill.count, fill.shape),
                                  fill.region_min, fill.region_max));
   for (const Inlet& inlet : c.inlets) {
-    if (inlet.positions.empty()) continue;
-    Eigen::AlignedBox3d box;
-    for (const Vec3& p : inlet.positions) box.extend(p);
-    markers.push_back(box_marker("inlet", inlet.name, box.min() - inlet.position_jitter,
-                                 box.max() + inlet.position_jitter));
+    const Eigen::AlignedBox3d box = region_of(inlet);
+    if (!box.isEmpty()) markers.push_back(box_marker("inlet", inlet.name, box.min(), box.max()));
   }
   for (const Sensor& sensor : c.sensors)
     markers.push_back(sensor.is_box

@@ -32,10 +32,13 @@ Json parts_json(const Shape& shape);
 // A plane, z = 0 of its axes, as the rectangle over which the box (m, world) stands, a little
 // wider: no plane makes the scene larger.
 TriangleMesh plane_rectangle(const Boundary& plane, const Eigen::AlignedBox3d& box);
-// What a scene is about, m, world: the boundaries with a mesh as they are drawn, and where the
-// particles, which come first in the tracks, mostly are: not all the way that some of them fall.
-// The regions of fills and inlets where no particle is there. Never empty.
-Eigen::AlignedBox3d scene_extent(const Case& c, const PoseTracks& tracks);
+// The box that the camera shows at first, m, world. It contains the boundaries with a mesh in the
+// first frame, and the places of the particles, which come first in the tracks, but for a tenth at
+// either end of each axis: not all the way that some of them fall. It contains the regions of fills
+// and inlets if `with_regions`, or if no particle is there. Never empty. `tracks` has a frame.
+Eigen::AlignedBox3d scene_extent(const Case& c, const PoseTracks& tracks,
+                                 bool with_regions = false);
+Json box_json(const Eigen::AlignedBox3d& box);  // m
 // Regions, planes and axes of a case: fills, inlets, sensors, outlets, tag rules, measurement
 // regions, and the axes of motions and free bodies. Lengths in m, world at t = 0.
 Json markers_json(const Case& c);

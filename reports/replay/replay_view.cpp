@@ -153,7 +153,9 @@ ReplaySize add_replay_view(page::Page& page, page::Content& content, const Repla
   Json facts = facts_json(recording, c);
   facts["markers"] = replay::markers_json(c);
   facts["shapes"] = replay::shapes_json(c, recording.particle_count());
-  facts["boundaries"] = boundaries_json(recording, c, replay::scene_extent(c, tracks));
+  const Eigen::AlignedBox3d extent = replay::scene_extent(c, tracks);
+  facts["extent"] = replay::box_json(extent);
+  facts["boundaries"] = boundaries_json(recording, c, extent);
   facts["maps"] = shape_maps_json(recording);
   std::string data = replay::data_text(facts, tracks);
   while (data.size() > options.budget && tracks.time.size() > 2) {

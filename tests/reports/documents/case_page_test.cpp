@@ -4,10 +4,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
+#include <sstream>
 
 #include "experiments/case_reader/read_case.h"
 #include "reports/replay/replay_data.h"
+#include "tests/reports/browser.h"
+#include "tests/support/scratch_folder.h"
 
 namespace firn {
 namespace {
@@ -207,6 +211,87 @@ TEST(ScenePlanes, AreBoundedByTheScene) {
       for (const Vec3& b : mesh.vertices) EXPECT_LT((a - b).norm(), 1.8 * diagonal);
     }
   }
+}
+
+// Boundaries are shown where they are in the first frame, wherever that is.
+TEST(SceneExtent, ContainsBoundariesInTheFirstFrame) {
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> any(-1, 1);
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE(seed);
+    const Case c =
+        read_case_text(random_machine(seed), "machine.toml", ".", {{"case.timestep", "2 us"}});
+    PoseTracks tracks = scene_poses(c).tracks;
+    const std::size_t particles = tracks.bodies - c.model.boundaries.size();
+    std::vector<Vec3> corners;
+    for (std::size_t b = 0; b < c.model.boundaries.size(); ++b) {
+      const Vec3 place(any(random), any(random), any(random));
+      const Quat turn = Quat(any(random), any(random), any(random), any(random)).normalized();
+      const bool there = b > 0 || seed % 2 == 0;
+      auto& position = tracks.position[particles + b];
+      for (int k = 0; k < 3; ++k)
+        position[index(k)] = there ? static_cast<float>(place[k]) : std::nanf("");
+      tracks.orientation[particles + b] = {
+          static_cast<float>(turn.w()), static_cast<float>(turn.x()), static_cast<float>(turn.y()),
+          static_cast<float>(turn.z())};
+      for (const Vec3& v : c.model.boundaries[b].mesh.vertices)
+        if (there) corners.push_back(place + turn * v);
+    }
+    const Eigen::AlignedBox3d extent = replay::scene_extent(c, tracks);
+    Eigen::AlignedBox3d wanted;
+    for (const Vec3& corner : corners) wanted.extend(corner);
+    // Only the particle, a ball of 5 mm at (0, 0, 2) m, adds to the boundaries.
+    EXPECT_LT((extent.min() - wanted.min().cwiseMin(Vec3(-0.01, -0.01, 1.99))).norm(), 1e-3);
+    EXPECT_LT((extent.max() - wanted.max().cwiseMax(Vec3(0.01, 0.01, 2.01))).norm(), 1e-3);
+  }
+}
+
+TEST(SceneExtent, ContainsRegionsOnRequestAndWithoutParticles) {
+  const std::string fill =
+      "[[fills]]\nshape = \"ball\"\ncount = 5\nregion_min = \"3 3 3 m\"\nregion_max = \"4 4 4 "
+      "m\"\n[[inlets]]\nname = \"mold\"\nshape = \"ball\"\nposition = \"-5 0 0 m\"\n";
+  const Case c =
+      read_case_text(random_machine(2) + fill, "machine.toml", ".", {{"case.timestep", "2 us"}});
+  PoseTracks tracks;  // only the particle that is placed, and the boundaries
+  tracks.bodies = 1 + c.model.boundaries.size();
+  tracks.time = {0};
+  tracks.position.assign(tracks.bodies, {0, 0, 0});
+  tracks.orientation.assign(tracks.bodies, {1, 0, 0, 0});
+  const Vec3 high(4, 4, 4), low(-5, 0, 0);
+  EXPECT_FALSE(replay::scene_extent(c, tracks).contains(high));
+  EXPECT_TRUE(replay::scene_extent(c, tracks, true).contains(high));
+  EXPECT_TRUE(replay::scene_extent(c, tracks, true).contains(low));
+  tracks.position[0][0] = std::nanf("");
+  EXPECT_TRUE(replay::scene_extent(c, tracks).contains(high));
+  EXPECT_TRUE(replay::scene_extent(c, tracks).contains(low));
+}
+
+// The camera of the page looks at the middle of the extent.
+TEST(CasePage, BeginsWithTheExtentOfTheScene) {
+  if (!has_browser()) GTEST_SKIP() << "chromium is not installed: the scene is not drawn";
+  const Case c = read_case_text(
+      random_machine(3) +
+          "[[fills]]\nshape = \"ball\"\ncount = 5\nregion_min = \"1 1 1 m\"\nregion_max = \"1.2 "
+          "1.3 1.4 m\"\n",
+      "machine.toml", ".", {{"case.timestep", "2 us"}});
+  page::Page page = case_page(c);
+  page.add_script(R"(
+const look = () => {
+  if (document.querySelector('.replay').dataset.ready !== 'yes') return setTimeout(look, 20);
+  document.title = new URLSearchParams(FirnReplayViews.states()[0]).get('view').replaceAll(',', ' ');
+};
+look();
+)");
+  const test::ScratchFolder folder("case-page");
+  page.write(folder / "page.html");
+  const std::string dom = document_of(folder / "page.html");
+  std::istringstream title(dom.substr(dom.find("<title>") + 7));
+  double azimuth = 0, elevation = 0, distance = 0, x = 0, y = 0, z = 0;
+  title >> azimuth >> elevation >> distance >> x >> y >> z;
+  ASSERT_FALSE(title.fail()) << dom.substr(dom.find("<title>"), 200);
+  const Eigen::AlignedBox3d extent = replay::scene_extent(c, scene_poses(c).tracks, true);
+  EXPECT_LT((Vec3(x, y, z) - extent.center()).norm(), 1e-3 * (1 + extent.center().norm()));
+  EXPECT_GT(distance, 0.5 * extent.diagonal().norm());
 }
 
 TEST(CasePage, NamesWhatTheCaseDeclares) {
