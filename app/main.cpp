@@ -83,10 +83,11 @@ int finish_parsing(const CLI::App& app, const CLI::ParseError& e,
   // Before what CLI11 reports: a misspelled option is missing in its place, too.
   if (const std::string unknown = unknown_argument(app); !unknown.empty())
     return print_error(unknown, ExitStatus::bad_input);
-  const std::string text = error_line(e.what());
-  if (text.ends_with('?')) return print_error(text, ExitStatus::bad_input);
+  // The message about a refused value states which values the option takes.
+  if (dynamic_cast<const CLI::ValidationError*>(&e) != nullptr)
+    return print_error(e.what(), ExitStatus::bad_input);
   const auto chosen = app.get_subcommands();
-  return print_error(fmt::format("{}; see `firn {}--help`", text,
+  return print_error(fmt::format("{}; see `firn {}--help`", error_line(e.what()),
                                  chosen.empty() ? "" : chosen[0]->get_name() + " "),
                      ExitStatus::bad_input);
 }

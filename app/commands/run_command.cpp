@@ -333,11 +333,10 @@ void add_input_options(CLI::App& command, RunArguments& a) {
                       "Override a value of the case by its TOML path, e.g.\n"
                       "interactions.ice-ice.static_friction=0.2 (may be repeated)");
   command
-      .add_option(
-          "--material", a.materials.records,
-          "Values of a material record over those of the case: NAME[@VERSION],\n"
-          "with #3 a sample of its posterior ensemble (may be repeated; --set takes precedence)")
-      ->type_name("NAME")
+      .add_option("--material", a.materials.records,
+                  "Values of a material record over those of the case; NAME#3 takes a\n"
+                  "sample of its posterior ensemble (may be repeated; --set takes precedence)")
+      ->type_name("NAME[@VERSION]")
       ->allow_extra_args(false);
   command.add_option("--database", a.materials.database, database_help)->type_name("FILE");
   command

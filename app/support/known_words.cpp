@@ -61,16 +61,15 @@ std::string unknown_subcommand(const CLI::App& command, const std::string& argum
 
 std::string unknown_option(const CLI::App& command, const std::string& name) {
   const auto likely = likely_word(name.substr(2), long_option_names(command));
-  return fmt::format("{}: unknown option of {}; {}", name, path_of(command),
-                     likely ? fmt::format("did you mean \"--{}\"?", *likely)
-                            : fmt::format("see `{} --help`", path_of(command)));
+  return fmt::format(
+      "{}: unknown option of {}; {}", name, path_of(command),
+      likely ? did_you_mean("--" + *likely) : fmt::format("see `{} --help`", path_of(command)));
 }
 
 }  // namespace
 
 std::string expected_word(std::string_view word, const std::vector<std::string>& known) {
-  if (const auto likely = likely_word(word, known))
-    return fmt::format("did you mean \"{}\"?", *likely);
+  if (const auto likely = likely_word(word, known)) return did_you_mean(*likely);
   return fmt::format("expected one of {}", fmt::join(known, ", "));
 }
 

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <random>
 #include <sstream>
 #include <string>
@@ -136,7 +137,40 @@ TEST_F(Completion, OfFilesByTheirKind) {
   EXPECT_THAT(offered({"run", "--seed", ""}), IsEmpty());
   EXPECT_THAT(offered({"shape", "--density", ""}), IsEmpty());
   EXPECT_THAT(offered({"measure", "b.h5", "--require", ""}), IsEmpty());
-  EXPECT_THAT(offered({"materials", "show", ""}), IsEmpty());
+}
+
+// Wherever a command takes a record, with a random beginning.
+TEST_F(Completion, OfMaterialRecords) {
+  std::vector<std::string> names;
+  for (const auto& record :
+       nlohmann::json::parse(folder_.firn({"materials", "list", "--json"}).out))
+    names.push_back(record["name"].get<std::string>());
+  ASSERT_THAT(names, Contains("paper-table-1"));
+  std::mt19937_64 random(8);
+  for (std::vector<std::string> words :
+       std::vector<std::vector<std::string>>{{"materials", "show"},
+                                             {"materials", "history"},
+                                             {"materials", "diff"},
+                                             {"materials", "diff", "paper-text"},
+                                             {"materials", "export", "paper-text"},
+                                             {"materials", "verify", "--json"},
+                                             {"run", "a.toml", "--material"},
+                                             {"run", "--material", "="},
+                                             {"view", "a.toml", "--material"},
+                                             {"validate", "--material"}}) {
+    SCOPED_TRACE(testing::PrintToString(words));
+    words.emplace_back("");
+    EXPECT_THAT(offered(words), UnorderedElementsAreArray(names));
+    const std::string& one = names[random() % names.size()];
+    words.back() = one.substr(0, 1 + random() % one.size());
+    std::vector<std::string> expected = names;
+    std::erase_if(expected, [&](const std::string& n) { return !n.starts_with(words.back()); });
+    EXPECT_THAT(offered(words), UnorderedElementsAreArray(expected));
+  }
+  // Files and names of other kinds.
+  EXPECT_THAT(offered({"materials", "add", "pap"}), IsEmpty());
+  EXPECT_THAT(offered({"verify", "pap"}), IsEmpty());
+  EXPECT_THAT(offered({"new", "pap"}), IsEmpty());
 }
 
 }  // namespace
