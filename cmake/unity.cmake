@@ -26,8 +26,8 @@ function(firn_unity target)
 endfunction()
 
 # firn_quick_build(TARGET): for tests and for targets that read, write and arrange. With -O1 they take
-# a fifth less time to compile. What computes is in the solver, calibrate and photo; no number
-# depends on it.
+# a fifth less time to compile. What computes is in the solver and in inference and numerics of
+# calibrate; no number depends on it.
 function(firn_quick_build target)
   # GCC 12 then sees writes beyond the ends of short std::strings that do not happen.
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>

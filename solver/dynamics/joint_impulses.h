@@ -51,7 +51,7 @@ class JointImpulses {
   };
   struct Direction {
     Eigen::VectorXd direction, response;  // [n]; change of the rates per impulse
-    double mobility = 0;                  // change of its own rate per impulse
+    double mobility = 0;                  // change of that rate per impulse
     std::vector<BoundedImpulse> bounds;   // one
     Solution solution;
   };
