@@ -45,15 +45,15 @@ void add_corners(const ProjectedPart& view, bool is_a, std::span<const std::uint
   const ConvexPart& part = view.part;
   const double radii = part.radius + surface.radius;
   const Vec3 outward = is_a ? view.n : Vec3(-view.n);
-  // The gap is an affine function of the vertex. Most vertices are too far away by more than its
-  // rounding errors, and are left out by it alone.
+  // The gap is an affine function of the vertex, here with other rounding errors than below. These
+  // are far smaller than the contact margin, so that a vertex beyond twice the margin is skipped.
   const HeightGradient& plane = surface.plane;
   const double sign = is_a ? 1 : -1;
   const Vec3 gradient = sign * (plane.du * view.u + plane.dv * view.v - view.n);
   const double at_origin = sign * (plane.at_origin + plane.du * view.shift.x() +
                                    plane.dv * view.shift.y() - view.shift.z()) -
                            radii;
-  const double far = 2 * contact_margin;
+  const double far = 2 * contact_margin + 1e-9 * r.size;
   for (int i = 0; i < part.vertex_count; ++i) {
     if (gradient.x() * part.x[i] + gradient.y() * part.y[i] + gradient.z() * part.z[i] + at_origin >
         far)

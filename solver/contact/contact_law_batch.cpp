@@ -59,6 +59,7 @@ void PatchBlock::pad() {
     patch_[k] = &padding_patch_;
     points_[k] = &padding_point_;
     motion_[k] = motion_[0];
+    needed2_[k] = limit2_[k] = 0;  // not beyond its friction limit
   }
 }
 

@@ -12,7 +12,8 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr int kMostSweeps = 200;
-// What the couplings hold is not active: its mobility is below this part of that without couplings.
+// Couplings hold a coordinate or direction if its mobility is below this fraction of that without
+// couplings. Impulses along it are zero.
 constexpr double kHeldByCouplings = 1e-12;
 
 }  // namespace

@@ -67,8 +67,8 @@ class Mechanism {
   // True when a coupling has friction.
   bool has_coupling_friction() const;
   // [couplings] N, N m: loads of the couplings on their bodies b for the friction of the first
-  // step, from the coordinates and loads of `state`: those of the weights as the bodies start to
-  // move from rest without friction, motors and limits.
+  // step, at the coordinates of `state`. They are those under gravity, springs, contacts and the
+  // turning of the ground, as the bodies start from rest without friction, motors and limits.
   std::vector<JointLoad> starting_coupling_loads(const MechanismState& state);
   // m, world: the point of a coupling as its body b carries it, against the ground's origin, at the
   // start of the last kick.

@@ -24,7 +24,8 @@ void add_contact_work(const Model& model, const std::vector<FrameMotion>& before
 // a mechanism cancel in the sum over them.
 void add_carrier_work(const std::vector<FrameMotion>& before, std::size_t f, int carrier,
                       const JointLoad& impulse, State& s);
-// That impulse in the first step, which `joint` does not contain: from the rates at the start.
+// That impulse in the first step, from the momenta at the start to those in `joint`, which
+// other_impulse() has set in this step.
 JointLoad starting_impulse(const Model& model, const std::vector<FrameMotion>& before,
                            std::size_t f, const JointReaction& joint);
 

@@ -129,7 +129,8 @@ struct Coupling {
   std::vector<double> angles, lifts;
   // Friction as of Joint, with the force of the coupling as load: of a ball or hinge against the
   // turn about `direction`, which is fixed to a, and of a slot against the motion along it.
-  double friction = 0, friction_coefficient = 0, bearing_radius = 0;
+  double friction = 0;                                  // N m; of a slot N
+  double friction_coefficient = 0, bearing_radius = 0;  // 1, m; a slot has no radius
 
   bool ties_joints() const { return kind == Kind::gear || kind == Kind::cam; }
   bool has_friction() const { return friction > 0 || friction_coefficient > 0; }

@@ -206,8 +206,10 @@ Contact any_contact(Dice& dice) {
   const double e = dice(0, 1), angle = dice(0, M_PI);
   p.elongation = {static_cast<float>(e * std::cos(2 * angle)),
                   static_cast<float>(e * std::sin(2 * angle))};
-  p.torsion = p.torsion_radius > 0 ? dice(-1e-3, 1e-3) : 0;
-  const Vec3 t = dice.vector(1);
+  // Friction from far below its limit to beyond it.
+  const double load = std::pow(10, dice(-3, 0)), speed = std::pow(10, dice(-3, 0));
+  p.torsion = p.torsion_radius > 0 ? load * dice(-1e-3, 1e-3) : 0;
+  const Vec3 t = load * dice.vector(1);
   p.tangential = t - p.normal * p.normal.dot(t);
   p.point_count = static_cast<std::uint16_t>(dice(1, 7));
   for (std::uint32_t i = 0; i < p.point_count; ++i) {
@@ -222,13 +224,14 @@ Contact any_contact(Dice& dice) {
     const Vec3 v = dice.vector(size);
     return Vec4{v.x(), v.y(), v.z(), 0};
   };
-  c.motion = {quad(0.3), quad(5), quad(0.03)};
+  c.motion = {quad(0.3 * speed), quad(5 * speed), quad(0.03)};
   return c;
 }
 
 TEST(Simd8d, AdvanceEachPatchAsOnItsOwn) {
   Dice dice(11);
   const double dt = 2e-5;
+  int sliding = 0, sticking = 0;
   for (int trial = 0; trial < 200; ++trial) {
     const int count = 1 + trial % PatchBlock::capacity;
     std::vector<Contact> wide;
@@ -274,6 +277,7 @@ TEST(Simd8d, AdvanceEachPatchAsOnItsOwn) {
       EXPECT_EQ(load.work_normal, pressed.work);
       EXPECT_EQ(patches[k].torsion, rubbed.state.torsion);
       EXPECT_EQ(patches[k].sliding, rubbed.state.sliding > 0 ? 1u : 0u);
+      (rubbed.state.sliding > 0 ? sliding : sticking) += pressed.force > 0 ? 1 : 0;
       for (std::size_t i = 0; i < c.points.size(); ++i) {
         EXPECT_EQ(wide[k].points[i].force, c.points[i].force);
         EXPECT_EQ(wide[k].points[i].gap, c.points[i].gap);
@@ -289,6 +293,8 @@ TEST(Simd8d, AdvanceEachPatchAsOnItsOwn) {
       }
     }
   }
+  EXPECT_GT(sliding, 100);
+  EXPECT_GT(sticking, 100);
 }
 
 }  // namespace
