@@ -135,7 +135,15 @@ Json energy_json(const Energy& e) {
           {"dissipated_boundaries", e.dissipated_boundaries},
           {"dissipated_bonds", e.dissipated_bonds},
           {"boundary_work", e.boundary_work},
-          {"removed", e.removed}};
+          {"removed", e.removed},
+          {"free_bodies_kinetic", e.free_bodies.kinetic},
+          {"free_bodies_gravitational", e.free_bodies.gravitational},
+          {"free_bodies_elastic", e.free_bodies.elastic},
+          {"boundary_contacts_elastic", e.free_bodies.contacts_elastic},
+          {"dissipated_joint_friction", e.free_bodies.dissipated_friction},
+          {"dissipated_joint_damping", e.free_bodies.dissipated_damping},
+          {"dissipated_boundary_contacts", e.free_bodies.dissipated_contacts},
+          {"free_bodies_work", e.free_bodies.work}};
 }
 
 void print_json(const Json& document) {

@@ -89,8 +89,8 @@ class Recording {
   std::vector<double> series(const std::string& path) const;
   std::vector<Series> series_list() const;  // all, in alphabetical order
   BoundaryFrame boundary(const std::string& name, std::size_t frame) const;
-  // Datasets of the schema that are not series: existence and values. Datasets that grow with the
-  // run have complete rows, equally many in all of one kind.
+  // Whether the file has a dataset of the schema. The values of one that is not a series: datasets
+  // that grow with the run have complete rows, equally many in all of one kind.
   bool contains(const std::string& path) const;
   std::vector<double> values(const std::string& path) const;
   std::vector<std::string> strings(const std::string& path) const;

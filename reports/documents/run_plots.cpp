@@ -198,6 +198,16 @@ std::vector<page::Figure> energy_figures(const Recording& recording) {
         {"dissipated", "dissipated since the start"},
         {"boundary_work", "done by boundaries"}},
        "energy", "Where it goes: heights, contacts, work of moving boundaries.");
+  if (recording.contains("/energy/free_bodies_kinetic"))
+    draw({{"free_bodies_kinetic", "kinetic"},
+          {"free_bodies_gravitational", "gravitational"},
+          {"free_bodies_elastic", "springs of joints"},
+          {"dissipated_joint_friction", "lost by friction of joints"},
+          {"dissipated_joint_damping", "lost by dampers and limits"},
+          {"dissipated_boundary_contacts", "lost where parts touch"},
+          {"free_bodies_work", "work done on them"}},
+         "energy of free bodies",
+         "Of the machine's moving parts. Losses and work count from the start.");
   return figures;
 }
 
