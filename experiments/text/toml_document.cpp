@@ -65,13 +65,12 @@ toml::table parse(std::string_view text, const std::string& source) {
   }
 }
 
-// The keys of a dotted TOML path: a.b."c d" -> {a, b, c d}.
-std::vector<std::string> split_path(const std::string& path) {
+// The keys of a dotted TOML path: a.b."c d" -> {a, b, c d}. Throws OverrideError with this label.
+std::vector<std::string> split_path(const std::string& path, const std::string& label) {
   const auto bad = [&] {
-    return InputError(
-        fmt::format("--set {}: not a path; expected keys joined by dots, such as "
-                    "interactions.ice-ice.restitution",
-                    shortened(path)));
+    return OverrideError(label,
+                         "not a path; expected keys joined by dots, such as "
+                         "interactions.ice-ice.restitution");
   };
   check_toml_limits(path, fmt::format("--set {}", shortened(path)));
   toml::table chain;
@@ -374,7 +373,7 @@ void TomlDocument::apply(const std::vector<std::pair<std::string, std::string>>&
 
 bool TomlDocument::has(const std::string& path) const {
   const toml::node* node = &root_;
-  for (const std::string& key : split_path(path)) {
+  for (const std::string& key : split_path(path, path)) {
     const toml::table* table = node->as_table();
     node = table == nullptr ? nullptr : table->get(key);
     if (node == nullptr) return false;
@@ -418,7 +417,7 @@ void TomlDocument::fail(const std::string& path, unsigned line, const std::strin
 
 void TomlDocument::set(const std::string& path, const std::string& value,
                        const std::string& label) {
-  std::vector<std::string> segments = split_path(path);
+  std::vector<std::string> segments = split_path(path, label);
   if (format_ == TomlFormat::case_file)
     use_current_names(segments, [&](const OldNameUse& use) {
       if (old_names_ == OldNames::warn) warn_of_old_name(label, use);

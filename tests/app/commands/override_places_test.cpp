@@ -186,24 +186,43 @@ TEST(OverridePlaces, AKeyThatTheCaseLacksIsReportedAtItsLine) {
     }
 }
 
+// The second key is not a path.
 TEST(OverridePlaces, AValueThatTheCaseRefusesIsReportedAtItsLine) {
   std::mt19937_64 random(7);
   const Folder folder;
   folder.write("case.toml", two_boxes);
   int number = 0;
-  for (const FileWithKey& kind : files_with_keys) {
-    const std::string text =
-        test::replaced(with_more_lines(kind.text, random), "KEY", "case.gravity");
-    const std::string file = "file" + std::to_string(++number) + ".toml";
-    folder.write(file, text);
-    const Outcome o = folder.firn({kind.command, file, "--no-cache", "--progress", "none", "-o",
-                                   "out" + std::to_string(number)});
-    EXPECT_EQ(o.status, 2) << kind.command;
-    EXPECT_EQ(lines(o.err), 1U) << o.err;
-    EXPECT_THAT(o.err,
-                HasSubstr(file + ":" + std::to_string(line_of_key(text, "case.gravity")) + ": " +
-                          kind.place + ": the case case.toml does not take \"case.gravity\" = "));
-  }
+  for (const FileWithKey& kind : files_with_keys)
+    for (const std::string key : {"case.gravity", "case..duration"}) {
+      const std::string text = test::replaced(with_more_lines(kind.text, random), "KEY", key);
+      const std::string file = "file" + std::to_string(++number) + ".toml";
+      folder.write(file, text);
+      const Outcome o = folder.firn({kind.command, file, "--no-cache", "--progress", "none", "-o",
+                                     "out" + std::to_string(number)});
+      EXPECT_EQ(o.status, 2) << kind.command;
+      EXPECT_EQ(lines(o.err), 1U) << o.err;
+      EXPECT_THAT(
+          o.err, HasSubstr(file + ":" + std::to_string(line_of_key(text, key)) + ": " + kind.place +
+                           ": the case case.toml does not take \"" + key + "\" = "));
+      EXPECT_THAT(o.err, Not(HasSubstr("--set")));
+    }
+}
+
+// The case has the key; the table that becomes its value has an unknown one.
+TEST(OverridePlaces, AnUnknownKeyInAValueIsNamed) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  folder.write("s.toml", R"([sweep]
+name = "s"
+case = "case.toml"
+set = { "materials.ice" = { density = "900 kg/m^3", young_modulus = "1 MPa", nu = 0.3 } }
+)");
+  const Outcome o = folder.firn({"sweep", "s.toml", "--no-cache", "--progress", "none"});
+  EXPECT_EQ(o.status, 2);
+  EXPECT_EQ(lines(o.err), 1U) << o.err;
+  EXPECT_THAT(o.err, HasSubstr("s.toml:4: sweep.set: the case case.toml does not take "
+                               "\"materials.ice\" = "));
+  EXPECT_THAT(o.err, HasSubstr(": materials.ice.nu: unknown key; did you mean \"poisson_ratio\"?"));
 }
 
 }  // namespace

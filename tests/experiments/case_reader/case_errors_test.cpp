@@ -243,7 +243,7 @@ TEST(Case, WrongOverridesAreNamed) {
             "--set case.duration.x=2: case.duration: is a value; expected a table on the way to "
             "the key");
   EXPECT_EQ(error_of_set("case..x=2"),
-            "--set case..x: not a path; expected keys joined by dots, such as "
+            "--set case..x=2: not a path; expected keys joined by dots, such as "
             "interactions.ice-ice.restitution");
 }
 
