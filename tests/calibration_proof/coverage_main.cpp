@@ -25,7 +25,7 @@ namespace {
 struct CoverageOptions {
   std::string file, record;
   std::vector<std::string> names;  // of problems; empty: all
-  int first = 0, studies = 10, runs = 40, jobs = 1;
+  int first = 0, studies = 10, runs = coverage_runs, jobs = 1;
   int from = 0, to = 1000;
   double minutes = 0;  // 0: no limit
   bool table = false, check = false;
@@ -78,12 +78,16 @@ int run_studies(const std::vector<CoveredProblem>& problems, const CoverageOptio
 }
 
 // The engine may be conservative; more misses than chance explains once in a thousand are a
-// defect.
+// defect, which is printed on standard error.
 bool holds_enough_truths(const std::vector<CoverageRow>& rows) {
+  constexpr double least = 0.90;
   CoverageCounts all;
   for (const CoverageRow& row : rows)
     if (row.older.empty()) all.add(row.counts);
-  return binomial_interval(all.region_95, all.studies, 0.998).high >= 0.90;
+  if (binomial_interval(all.region_95, all.studies, 0.998).high >= least) return true;
+  fmt::print(stderr, "firn: the 95 % regions hold {} of {} truths; expected at least {:.0f} %\n",
+             all.region_95, all.studies, 100 * least);
+  return false;
 }
 
 // 1 if a row exceeds its limits.
@@ -125,9 +129,11 @@ int main(int argc, char** argv) {
   app.add_option("PROBLEMS.toml", o.file)->required();
   CLI::Option* const record = app.add_option(
       "--record", o.record, "CSV file of finished studies: those in it are not repeated");
-  app.add_option("--studies", o.studies, "for each problem and place of the truth")
+  app.add_option("--studies", o.studies,
+                 "of each problem and place of the truth: numbers 0 to STUDIES - 1")
       ->capture_default_str();
-  app.add_option("--first", o.first, "number of the first study, from 0")->capture_default_str();
+  app.add_option("--first", o.first, "lowest number of these studies that is carried out")
+      ->capture_default_str();
   app.add_option("--runs", o.runs, "of each study")->capture_default_str()->excludes(record);
   app.add_option("--problem", o.names, "of this name alone; may be repeated")
       ->allow_extra_args(false);
@@ -136,7 +142,7 @@ int main(int argc, char** argv) {
   app.add_option("--jobs", o.jobs, "studies side by side")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
-  app.add_option("--minutes", o.minutes, "start no study after this time");
+  app.add_option("--minutes", o.minutes, "start no study after this time; 0: no limit");
   CLI::Option* const table =
       app.add_flag("--table", o.table, "print the table of the record, without studies");
   table->needs(record);

@@ -40,6 +40,9 @@ struct CoverageOutcome {
   double cost = 0;  // of the runs, where one of high fidelity costs 1
 };
 
+// Runs of a recorded study.
+inline constexpr int coverage_runs = 40;
+
 // Carries out a study of so many runs. Deterministic.
 CoverageOutcome cover(const CoveredProblem& problem, const std::string& where, int index, int runs);
 
