@@ -23,10 +23,21 @@ using testing::Not;
 struct FileWithKey {
   const char* command;
   const char* place;  // that sets the key
-  const char* text;
+  std::string text;
 };
 
-constexpr FileWithKey files_with_keys[] = {{"sweep", "vary.a.keys", R"([sweep]
+const std::string suite_variant = R"([[experiments.variants]]
+name = "heavier"
+set = { "materials.ice.density" = "1833.4 kg/m^3" }
+)";
+const std::string suite_comparison = R"([[comparisons]]
+name = "choices"
+kind = "numerical_variants"
+experiment = "e"
+responses = ["present_mass"]
+)";
+
+const FileWithKey files_with_keys[] = {{"sweep", "vary.a.keys", R"([sweep]
 name = "s"
 case = "case.toml"
 [[vary]]
@@ -38,7 +49,7 @@ name = "a"
 keys = ["interactions.ice-ice.restitution", "KEY"]
 values = [0.1, 0.2]
 )"},
-                                           {"sweep", "sweep.set", R"([sweep]
+                                       {"sweep", "sweep.set", R"([sweep]
 name = "s"
 case = "case.toml"
 set = { "KEY" = 0.1 }
@@ -47,7 +58,7 @@ name = "a"
 keys = ["interactions.ice-ice.restitution"]
 values = [0.1, 0.2]
 )"},
-                                           {"optimize", "parameters.a.keys", R"([optimization]
+                                       {"optimize", "parameters.a.keys", R"([optimization]
 name = "o"
 case = "case.toml"
 maximize = "present_mass"
@@ -60,7 +71,7 @@ keys = ["KEY"]
 min = 0.1
 max = 0.2
 )"},
-                                           {"optimize", "optimization.set", R"([optimization]
+                                       {"optimize", "optimization.set", R"([optimization]
 name = "o"
 case = "case.toml"
 set = { "KEY" = 0.1 }
@@ -74,7 +85,7 @@ keys = ["interactions.ice-ice.restitution"]
 min = 0.1
 max = 0.2
 )"},
-                                           {"calibrate", "parameters.a.keys", R"([study]
+                                       {"calibrate", "parameters.a.keys", R"([study]
 name = "c"
 case = "case.toml"
 [budget]
@@ -91,7 +102,7 @@ response = "peak_normal_force"
 value = "6 N"
 uncertainty = "0.3 N"
 )"},
-                                           {"validate", "parameter_sets.p.set", R"([suite]
+                                       {"validate", "parameter_sets.p.set", R"([suite]
 name = "v"
 [[parameter_sets]]
 name = "p"
@@ -99,31 +110,15 @@ set = { "KEY" = 0.1 }
 [[experiments]]
 name = "e"
 case = "case.toml"
-[[experiments.variants]]
-name = "heavier"
-set = { "materials.ice.density" = "1833.4 kg/m^3" }
-[[comparisons]]
-name = "choices"
-kind = "numerical_variants"
-experiment = "e"
-responses = ["present_mass"]
-)"},
-                                           {"validate", "experiments.e.set", R"([suite]
+)" + suite_variant + suite_comparison},
+                                       {"validate", "experiments.e.set", R"([suite]
 name = "v"
 [[experiments]]
 name = "e"
 case = "case.toml"
 set = { "KEY" = 0.1 }
-[[experiments.variants]]
-name = "heavier"
-set = { "materials.ice.density" = "1833.4 kg/m^3" }
-[[comparisons]]
-name = "choices"
-kind = "numerical_variants"
-experiment = "e"
-responses = ["present_mass"]
-)"},
-                                           {"validate", "experiments.e.variants.v.set", R"([suite]
+)" + suite_variant + suite_comparison},
+                                       {"validate", "experiments.e.variants.v.set", R"([suite]
 name = "v"
 [[experiments]]
 name = "e"
@@ -131,12 +126,7 @@ case = "case.toml"
 [[experiments.variants]]
 name = "v"
 set = { "KEY" = 0.1 }
-[[comparisons]]
-name = "choices"
-kind = "numerical_variants"
-experiment = "e"
-responses = ["present_mass"]
-)"}};
+)" + suite_comparison}};
 
 // Comment lines and empty lines between the lines of a text.
 std::string with_more_lines(const std::string& text, std::mt19937_64& random) {
@@ -156,6 +146,22 @@ std::size_t line_of_key(const std::string& text, const std::string& key) {
   return 1 + static_cast<std::size_t>(std::count(text.begin(), end, '\n'));
 }
 
+// Writes the file with this key between further lines, and runs its command. Expects status 2 and
+// one line, which names the place of the key and then ends as `problem`.
+void expect_refusal(const Folder& folder, const FileWithKey& kind, const std::string& key,
+                    const std::string& problem, std::mt19937_64& random) {
+  const std::string text = test::replaced(with_more_lines(kind.text, random), "KEY", key);
+  const std::string file = "file" + std::to_string(random()) + ".toml";
+  folder.write(file, text);
+  const Outcome o =
+      folder.firn({kind.command, file, "--no-cache", "--progress", "none", "-o", file + ".out"});
+  EXPECT_EQ(o.status, 2) << kind.command;
+  EXPECT_EQ(lines(o.err), 1U) << o.err;
+  EXPECT_THAT(o.err, HasSubstr(file + ":" + std::to_string(line_of_key(text, key)) + ": " +
+                               kind.place + ": the case case.toml " + problem));
+  EXPECT_THAT(o.err, Not(HasSubstr("--set")));
+}
+
 TEST(OverridePlaces, AKeyThatTheCaseLacksIsReportedAtItsLine) {
   // The materials of a pair in either order.
   const std::vector<std::string> known = {"materials.ice.density",
@@ -165,24 +171,15 @@ TEST(OverridePlaces, AKeyThatTheCaseLacksIsReportedAtItsLine) {
   std::mt19937_64 random(6);
   const Folder folder;
   folder.write("case.toml", two_boxes);
-  int number = 0;
   for (const FileWithKey& kind : files_with_keys)
     for (int k = 0; k < 3; ++k) {
       const std::string& key = known[random() % known.size()];
       const std::size_t name = key.rfind('.') + 1;
       std::string wrong = key;
       wrong.erase(name + random() % (key.size() - name), 1);
-      const std::string text = test::replaced(with_more_lines(kind.text, random), "KEY", wrong);
-      const std::string file = "file" + std::to_string(++number) + ".toml";
-      folder.write(file, text);
-      const Outcome o = folder.firn({kind.command, file, "--no-cache", "--progress", "none", "-o",
-                                     "out" + std::to_string(number)});
-      EXPECT_EQ(o.status, 2) << kind.command;
-      EXPECT_EQ(lines(o.err), 1U) << o.err;
-      EXPECT_THAT(o.err, HasSubstr(file + ":" + std::to_string(line_of_key(text, wrong)) + ": " +
-                                   kind.place + ": the case case.toml has no key \"" + wrong +
-                                   "\"; did you mean \"" + key.substr(name) + "\"?"));
-      EXPECT_THAT(o.err, Not(HasSubstr("--set")));
+      expect_refusal(folder, kind, wrong,
+                     "has no key \"" + wrong + "\"; did you mean \"" + key.substr(name) + "\"?",
+                     random);
     }
 }
 
@@ -191,21 +188,9 @@ TEST(OverridePlaces, AValueThatTheCaseRefusesIsReportedAtItsLine) {
   std::mt19937_64 random(7);
   const Folder folder;
   folder.write("case.toml", two_boxes);
-  int number = 0;
   for (const FileWithKey& kind : files_with_keys)
-    for (const std::string key : {"case.gravity", "case..duration"}) {
-      const std::string text = test::replaced(with_more_lines(kind.text, random), "KEY", key);
-      const std::string file = "file" + std::to_string(++number) + ".toml";
-      folder.write(file, text);
-      const Outcome o = folder.firn({kind.command, file, "--no-cache", "--progress", "none", "-o",
-                                     "out" + std::to_string(number)});
-      EXPECT_EQ(o.status, 2) << kind.command;
-      EXPECT_EQ(lines(o.err), 1U) << o.err;
-      EXPECT_THAT(
-          o.err, HasSubstr(file + ":" + std::to_string(line_of_key(text, key)) + ": " + kind.place +
-                           ": the case case.toml does not take \"" + key + "\" = "));
-      EXPECT_THAT(o.err, Not(HasSubstr("--set")));
-    }
+    for (const std::string key : {"case.gravity", "case..duration"})
+      expect_refusal(folder, kind, key, "does not take \"" + key + "\" = ", random);
 }
 
 // The case has the key; the table that becomes its value has an unknown one.
