@@ -127,23 +127,10 @@ Json profile_json(const std::vector<PhaseTime>& profile) {
 }
 
 Json energy_json(const Energy& e) {
-  return {{"kinetic", e.kinetic},
-          {"gravitational", e.gravitational},
-          {"elastic", e.elastic},
-          {"dissipated_normal", e.dissipated_normal},
-          {"dissipated_friction", e.dissipated_friction},
-          {"dissipated_boundaries", e.dissipated_boundaries},
-          {"dissipated_bonds", e.dissipated_bonds},
-          {"boundary_work", e.boundary_work},
-          {"removed", e.removed},
-          {"free_bodies_kinetic", e.free_bodies.kinetic},
-          {"free_bodies_gravitational", e.free_bodies.gravitational},
-          {"free_bodies_elastic", e.free_bodies.elastic},
-          {"boundary_contacts_elastic", e.free_bodies.contacts_elastic},
-          {"dissipated_joint_friction", e.free_bodies.dissipated_friction},
-          {"dissipated_joint_damping", e.free_bodies.dissipated_damping},
-          {"dissipated_boundary_contacts", e.free_bodies.dissipated_contacts},
-          {"free_bodies_work", e.free_bodies.work}};
+  Json all = Json::object();
+  for (const EnergyTerm& term : energy_terms(e)) all[term.name] = term.value;
+  for (const EnergyTerm& term : energy_terms(e.free_bodies)) all[term.name] = term.value;
+  return all;
 }
 
 void print_json(const Json& document) {

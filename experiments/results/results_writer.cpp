@@ -47,14 +47,6 @@ void add_particles(Row& row, const Solver& solver) {
   each(3, at(state.angular_velocity));
 }
 
-bool has_free_body(const Model& model) {
-  return std::ranges::any_of(model.frames, [](const MotionFrame& f) { return f.free.has_value(); });
-}
-
-bool has_joint_friction(const FreeBody& body) {
-  return std::ranges::any_of(body.joints, [](const Joint& joint) { return joint.has_friction(); });
-}
-
 // Loads are means over the interval, s.
 void add_frame(Row& row, const FrameState& frame, const std::optional<FreeBody>& free,
                double interval) {
@@ -71,7 +63,7 @@ void add_frame(Row& row, const FrameState& frame, const std::optional<FreeBody>&
   for (const FrameState::JointState& axis : frame.joints) row.add(axis.rate);
   for (const FrameState::JointState& axis : frame.joints) row.add(axis.motor_impulse * per_time);
   for (const FrameState::JointState& axis : frame.joints) row.add(axis.limit_impulse * per_time);
-  if (!has_joint_friction(*free)) return;
+  if (!free->has_joint_friction()) return;
   for (const FrameState::JointState& axis : frame.joints) row.add(axis.dissipated_friction);
 }
 
@@ -80,13 +72,6 @@ void add_coupling(Row& row, const CouplingState& coupling, bool has_friction, do
   row.add(Vec3(coupling.impulse * per_time));
   row.add(Vec3(coupling.angular_impulse * per_time));
   if (has_friction) row.add(coupling.dissipated_friction);
-}
-
-void add_free_bodies(Row& row, const FreeBodyEnergy& e) {
-  for (const double value :
-       {e.kinetic, e.gravitational, e.elastic, e.contacts_elastic, e.dissipated_friction,
-        e.dissipated_damping, e.dissipated_contacts, e.work})
-    row.add(value);
 }
 
 void add_contact(Row& row, const BoundaryContactState& contact, double interval) {
@@ -140,7 +125,7 @@ std::vector<Column> result_columns(const Model& model) {
     const std::size_t axes = frame.free->joints.size();
     for (const char* name : {"coordinate", "rate", "motor_load", "limit_load"})
       columns.push_back({group + "/" + name, "SI", {axes}});
-    if (has_joint_friction(*frame.free))
+    if (frame.free->has_joint_friction())
       columns.push_back({group + "/dissipated_friction", "J", {axes}});
   }
   for (const Coupling& coupling : model.couplings) {
@@ -160,12 +145,9 @@ std::vector<Column> result_columns(const Model& model) {
         "dissipated_friction", "dissipated_boundaries", "boundary_work", "removed"})
     columns.push_back({std::string("/energy/") + name, "J", {}});
   if (!model.bonds.empty()) columns.push_back({"/energy/dissipated_bonds", "J", {}});
-  if (has_free_body(model)) {
-    for (const char* name :
-         {"free_bodies_kinetic", "free_bodies_gravitational", "free_bodies_elastic",
-          "boundary_contacts_elastic", "dissipated_joint_friction", "dissipated_joint_damping",
-          "dissipated_boundary_contacts", "free_bodies_work"})
-      columns.push_back({std::string("/energy/") + name, "J", {}});
+  if (has_free_body(model.frames)) {
+    for (const EnergyTerm& term : energy_terms(FreeBodyEnergy{}))
+      columns.push_back({std::string("/energy/") + term.name, "J", {}});
   }
   columns.push_back({"/diagnostics/largest_overlap", "m", {}});
   for (const char* name : {"overlap_now", "overlap_p99", "overlap_median"})
@@ -197,7 +179,9 @@ std::vector<double> frame_row(const Solver& solver, double interval) {
         e.dissipated_friction, e.dissipated_boundaries, e.boundary_work, e.removed})
     row.add(value);
   if (!solver.model().bonds.empty()) row.add(e.dissipated_bonds);
-  if (has_free_body(solver.model())) add_free_bodies(row, e.free_bodies);
+  if (has_free_body(solver.model().frames)) {
+    for (const EnergyTerm& term : energy_terms(e.free_bodies)) row.add(term.value);
+  }
   const Diagnostics& h = solver.diagnostics();
   row.add(h.largest_overlap);
   std::vector<double> overlaps = solver.contact_overlaps();

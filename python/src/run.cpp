@@ -89,24 +89,8 @@ class LiveFrame {
 
 py::dict energy_dict(const Energy& e) {
   py::dict all;
-  all["kinetic"] = e.kinetic;
-  all["gravitational"] = e.gravitational;
-  all["elastic"] = e.elastic;
-  all["dissipated_normal"] = e.dissipated_normal;
-  all["dissipated_friction"] = e.dissipated_friction;
-  all["dissipated_boundaries"] = e.dissipated_boundaries;
-  all["dissipated_bonds"] = e.dissipated_bonds;
-  all["boundary_work"] = e.boundary_work;
-  all["removed"] = e.removed;
-  const FreeBodyEnergy& bodies = e.free_bodies;
-  all["free_bodies_kinetic"] = bodies.kinetic;
-  all["free_bodies_gravitational"] = bodies.gravitational;
-  all["free_bodies_elastic"] = bodies.elastic;
-  all["boundary_contacts_elastic"] = bodies.contacts_elastic;
-  all["dissipated_joint_friction"] = bodies.dissipated_friction;
-  all["dissipated_joint_damping"] = bodies.dissipated_damping;
-  all["dissipated_boundary_contacts"] = bodies.dissipated_contacts;
-  all["free_bodies_work"] = bodies.work;
+  for (const EnergyTerm& term : energy_terms(e)) all[term.name] = term.value;
+  for (const EnergyTerm& term : energy_terms(e.free_bodies)) all[term.name] = term.value;
   return all;
 }
 

@@ -1,7 +1,5 @@
 #include "solver/step/free_body_energy.h"
 
-#include <algorithm>
-
 #include "solver/dynamics/joint_loads.h"
 #include "solver/state/workspace.h"
 #include "solver/step/boundary_contacts.h"
@@ -10,10 +8,6 @@
 namespace firn {
 
 namespace {
-
-bool has_free_frame(const Model& model) {
-  return std::ranges::any_of(model.frames, [](const MotionFrame& f) { return f.free.has_value(); });
-}
 
 // Velocity of a frame's origin and angular velocity.
 struct FrameVelocity {
@@ -104,7 +98,7 @@ void add_body(const MotionFrame& frame, const FrameMotion& motion, const FrameVe
 }  // namespace
 
 void add_contact_work(const Model& model, const std::vector<FrameMotion>& before, State& s) {
-  if (!has_free_frame(model)) return;
+  if (!has_free_body(model.frames)) return;
   double power = -power_of_boundary_contacts(model, s);
   for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
     if (free_frame(model.frames, model.boundaries[b].frame) >= 0)
@@ -141,7 +135,7 @@ JointLoad starting_impulse(const Model& model, const std::vector<FrameMotion>& b
 
 FreeBodyEnergy free_body_energy(const Model& model, const Workspace& w, const State& s) {
   FreeBodyEnergy e;
-  if (!has_free_frame(model)) return e;
+  if (!has_free_body(model.frames)) return e;
   const std::vector<FrameVelocity> velocities = frame_velocities(model, s.frames);
   for (std::size_t f = 0; f < s.frames.size(); ++f) {
     if (model.frames[f].free)

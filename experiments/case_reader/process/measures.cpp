@@ -172,7 +172,7 @@ void read_curve(const TomlTable& t, const Model& model, double frame_interval, M
     m.x = t.choice("x", {"time", "coordinate"}, "time");
     m.y = t.choice("y", {"coordinate", "rate", "acceleration", "motor_load", "force",
                          "reaction_force", "dissipated_friction"});
-    require_friction(t, m, std::ranges::any_of(free->joints, &Joint::has_friction));
+    require_friction(t, m, free->has_joint_friction());
   }
   m.points = t.integer("points", 2, 500);
   if (m.points > 20000) t.fail("points", "are too many for a response; expected 20000 at most");

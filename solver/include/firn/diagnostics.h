@@ -1,6 +1,7 @@
 // Energies, state hashes and diagnostics of a run.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 namespace firn {
@@ -38,6 +39,33 @@ struct Energy {  // J
   double removed = 0;  // mechanical energy of removed particles minus that of inserted ones
   FreeBodyEnergy free_bodies;
 };
+
+// An energy (J) with the name of its dataset below /energy of a results file.
+struct EnergyTerm {
+  const char* name;
+  double value;
+};
+inline std::array<EnergyTerm, 9> energy_terms(const Energy& e) {  // of the particles
+  return {{{"kinetic", e.kinetic},
+           {"gravitational", e.gravitational},
+           {"elastic", e.elastic},
+           {"dissipated_normal", e.dissipated_normal},
+           {"dissipated_friction", e.dissipated_friction},
+           {"dissipated_boundaries", e.dissipated_boundaries},
+           {"dissipated_bonds", e.dissipated_bonds},
+           {"boundary_work", e.boundary_work},
+           {"removed", e.removed}}};
+}
+inline std::array<EnergyTerm, 8> energy_terms(const FreeBodyEnergy& e) {
+  return {{{"free_bodies_kinetic", e.kinetic},
+           {"free_bodies_gravitational", e.gravitational},
+           {"free_bodies_elastic", e.elastic},
+           {"boundary_contacts_elastic", e.contacts_elastic},
+           {"dissipated_joint_friction", e.dissipated_friction},
+           {"dissipated_joint_damping", e.dissipated_damping},
+           {"dissipated_boundary_contacts", e.dissipated_contacts},
+           {"free_bodies_work", e.work}}};
+}
 
 // Numerical quality and counters of a run.
 struct Diagnostics {

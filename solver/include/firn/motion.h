@@ -5,6 +5,7 @@
 // directions and points.
 #pragma once
 
+#include <algorithm>
 #include <limits>
 #include <optional>
 #include <string>
@@ -95,6 +96,8 @@ struct FreeBody {
   Mat3 inertia = Mat3::Zero();  // kg m^2 about the center of mass, world axes at t = 0
   std::vector<Joint> joints;    // at most kMaxJoints; at most one rotation
   bool free_rotation = false;   // ball joint; none of `joints` is then a rotation
+
+  bool has_joint_friction() const { return std::ranges::any_of(joints, &Joint::has_friction); }
 };
 inline constexpr int kMaxJoints = 6;
 
@@ -105,6 +108,10 @@ struct MotionFrame {
   std::vector<Motion> motions;  // empty for a free body
   std::optional<FreeBody> free;
 };
+
+inline bool has_free_body(const std::vector<MotionFrame>& frames) {
+  return std::ranges::any_of(frames, [](const MotionFrame& f) { return f.free.has_value(); });
+}
 
 // Constraint between two bodies of a mechanism in addition to the joints of its tree: closes loops,
 // couples joints. A body is a free frame with all frames fixed to it, or the parent frame of the
