@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "experiments/case_reader/model/motion_frames.h"
 #include "experiments/system/input_limits.h"
 #include "experiments/text/toml_names.h"
 
@@ -63,20 +64,16 @@ std::vector<std::string_view> friction_keys(Coupling::Kind kind) {
 // Friction of a pin or slot. Not filled in where it is left out. The axis of a hinge or slot has
 // been read before.
 void read_coupling_friction(const TomlTable& t, Coupling& c) {
-  const bool slides = c.kind == Coupling::Kind::slot, has = t.has("friction_coefficient");
+  const bool slides = c.kind == Coupling::Kind::slot;
   if (t.has("friction"))
     c.friction =
         t.quantity("friction", slides ? dimension::force : dimension::torque, Sign::non_negative);
-  if (!has && t.has("bearing_radius"))
-    t.fail("bearing_radius", "has no use; expected a friction_coefficient with it");
-  if (has) {
-    c.friction_coefficient = t.number("friction_coefficient");
-    if (!(c.friction_coefficient >= 0))
-      t.fail("friction_coefficient", "is negative; expected at least 0");
-    if (!slides) c.bearing_radius = t.quantity("bearing_radius", dimension::length, Sign::positive);
-  }
+  const bool follows_load =
+      read_friction_coefficient(t, {"bearing_radius"}, c.friction_coefficient);
+  if (follows_load && !slides)
+    c.bearing_radius = t.quantity("bearing_radius", dimension::length, Sign::positive);
   if (c.kind != Coupling::Kind::ball) return;
-  if (has || t.has("friction"))
+  if (follows_load || t.has("friction"))
     c.direction = t.direction("direction");
   else if (t.has("direction"))
     t.fail("direction", "has no use without friction; expected both or none");

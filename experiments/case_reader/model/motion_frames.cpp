@@ -175,16 +175,12 @@ void read_profile(const TomlTable& t, const std::string& kind, Motion& m) {
 
 // Friction that follows the load of the bearing. Not filled in where it is left out.
 void read_bearing(const TomlTable& t, Joint& axis) {
-  const bool turns = axis.kind == Joint::Kind::rotation, has = t.has("friction_coefficient");
-  for (const char* key : {"bearing_radius", "bearing_length"})
-    if (!has && t.has(key)) t.fail(key, "has no use; expected a friction_coefficient with it");
-  if (!has) return;
-  axis.friction_coefficient = t.number("friction_coefficient");
-  if (!(axis.friction_coefficient >= 0))
-    t.fail("friction_coefficient", "is negative; expected at least 0");
+  if (!read_friction_coefficient(t, {"bearing_radius", "bearing_length"},
+                                 axis.friction_coefficient))
+    return;
   if (t.has("bearing_length"))
     axis.bearing_length = t.quantity("bearing_length", dimension::length, Sign::positive);
-  if (turns)
+  if (axis.kind == Joint::Kind::rotation)
     axis.bearing_radius = t.quantity("bearing_radius", dimension::length, Sign::positive);
   else if (t.has("bearing_radius"))
     t.fail("bearing_radius", "has no use; expected a joint of the kind \"rotation\"");
@@ -363,6 +359,19 @@ Motor read_motor(const TomlTable& t, Joint::Kind kind,
   }
   read_schedule(t, motor);
   return motor;
+}
+
+bool read_friction_coefficient(const TomlTable& t,
+                               std::initializer_list<std::string_view> bearing_keys,
+                               double& coefficient) {
+  if (!t.has("friction_coefficient")) {
+    for (const std::string_view key : bearing_keys)
+      if (t.has(key)) t.fail(key, "has no use; expected a friction_coefficient with it");
+    return false;
+  }
+  coefficient = t.number("friction_coefficient");
+  if (!(coefficient >= 0)) t.fail("friction_coefficient", "is negative; expected at least 0");
+  return true;
 }
 
 int frame_index(const TomlTable& t, std::string_view key, const std::vector<MotionFrame>& frames) {

@@ -21,6 +21,12 @@ Motion read_motion(const TomlTable& table, std::initializer_list<std::string_vie
 Motor read_motor(const TomlTable& table, Joint::Kind kind,
                  std::initializer_list<std::string_view> also = {});
 
+// Reads the coefficient of a friction that follows the load of a bearing. False, with the
+// coefficient as it was: it is left out, and then the keys of the bearing are refused.
+bool read_friction_coefficient(const TomlTable& table,
+                               std::initializer_list<std::string_view> bearing_keys,
+                               double& coefficient);
+
 // Index of the frame that `key` names. Throws for an unknown name.
 int frame_index(const TomlTable& table, std::string_view key,
                 const std::vector<MotionFrame>& frames);
