@@ -79,6 +79,67 @@ TEST(CouplingFriction, OfAPinActsAsThatOfTheBearingOfAHinge) {
   }
 }
 
+TEST(CouplingFriction, DoesNotDependOnWhichBodyIsNamedFirst) {
+  const Link link;
+  for (const Coupling::Kind kind : {Coupling::Kind::ball, Coupling::Kind::hinge}) {
+    Coupling pin;
+    pin.kind = kind;
+    pin.friction_coefficient = 0.3;
+    pin.bearing_radius = 5e-3;
+    Model model = link_on_a_coupling(link, pin), turned = model;
+    std::swap(turned.couplings[0].a, turned.couplings[0].b);
+    Solver one(model), other(turned);
+    scenes::run(one, 1);
+    scenes::run(other, 1);
+    EXPECT_NEAR(turn_of(one).coordinate, turn_of(other).coordinate, 1e-4);
+    const double heat = one.couplings()[0].dissipated_friction;
+    EXPECT_GT(heat, 0);
+    EXPECT_NEAR(other.couplings()[0].dissipated_friction, heat, 1e-3 * heat);
+  }
+}
+
+// A prescribed frame below both turns, so that the rate of the pin is not that of the link.
+TEST(CouplingFriction, IsThatOfABearingOnATurningFrameToo) {
+  const Link link;
+  Joint axle = scenes::hinge(-Vec3::UnitY());
+  axle.friction_coefficient = 0.3;
+  axle.bearing_radius = 5e-3;
+  Coupling pin;
+  pin.name = "pin";
+  pin.kind = Coupling::Kind::hinge;
+  pin.direction = Vec3::UnitY();
+  pin.a = 0;
+  pin.b = 1;
+  pin.friction_coefficient = axle.friction_coefficient;
+  pin.bearing_radius = axle.bearing_radius;
+  const auto on_turning_frame = [&](std::vector<Joint> joints) {
+    Model model = scenes::mechanism();
+    MotionFrame frame;
+    frame.name = "frame";
+    Motion turn;
+    turn.kind = Motion::Kind::rotation;
+    turn.axis = Vec3::UnitY();
+    turn.angular_speed = 3;
+    frame.motions = {turn};
+    model.frames.push_back(frame);
+    model.frames[static_cast<std::size_t>(add_link(model, link, std::move(joints)))].parent = 0;
+    model.timestep = 1e-4;
+    return model;
+  };
+  Model coupled = on_turning_frame({scenes::slider(Vec3::UnitX()), scenes::slider(Vec3::UnitZ()),
+                                    scenes::hinge(-Vec3::UnitY())});
+  coupled.couplings = {pin};
+  Solver with_pin(coupled), reference(on_turning_frame({axle}));
+  scenes::run(with_pin, 1);
+  scenes::run(reference, 1);
+  const FrameState::JointState a = with_pin.frames()[1].joints.back(),
+                               b = reference.frames()[1].joints.back();
+  EXPECT_GT(std::abs(b.coordinate), 0.5);
+  EXPECT_NEAR(a.coordinate, b.coordinate, 1e-3);
+  EXPECT_NEAR(with_pin.couplings()[0].dissipated_friction, b.dissipated_friction,
+              5e-3 * b.dissipated_friction);
+}
+
 // The joints of the link bear nothing: neither its weight nor the friction of the pin.
 TEST(CouplingFriction, IsPartOfTheLoadOfTheCoupling) {
   Coupling pin;

@@ -200,20 +200,9 @@ TEST(FreeBodyEnergy, AMovingCarrierWorksThroughItsJoints) {
   for (const bool as_mechanism : {false, true}) {
     Model model = scenes::mechanism();
     model.gravity.setZero();
-    MotionFrame table;
-    table.name = "table";
-    Motion turn;
-    turn.kind = Motion::Kind::rotation;
-    turn.axis = Vec3::UnitZ();
-    turn.angular_speed = kSpeed;
-    table.motions = {turn};
-    model.frames.push_back(table);
-    Joint guide = slider(Vec3::UnitX());
-    guide.friction_coefficient = 0.2;
-    const Vec3 place(kStart, 0, 0);
-    const int slide = add_mover(model, "slide", kMass, place, Vec3::Constant(1e-4), {guide}, place);
-    model.frames[index(slide)].parent = 0;
+    const int slide = scenes::add_slide_on_turning_table(model, kSpeed, kStart, 0.2);
     if (as_mechanism) {
+      const Vec3 place(kStart, 0, 0);
       const int wheel = add_mover(model, "wheel", 0.1, place, Vec3::Constant(1e-5),
                                   {hinge(Vec3::UnitZ())}, place);
       model.frames[index(wheel)].parent = slide;

@@ -195,19 +195,7 @@ void add_turning_guide(double friction, std::vector<Check>& checks) {
   constexpr double kSpeed = 6, kStart = 0.1, kTime = 0.3;
   Model model = mechanism();
   model.gravity.setZero();
-  MotionFrame table;
-  table.name = "table";
-  Motion turn;
-  turn.kind = Motion::Kind::rotation;
-  turn.axis = Vec3::UnitZ();
-  turn.angular_speed = kSpeed;
-  table.motions = {turn};
-  model.frames.push_back(table);
-  Joint guide = slider(Vec3::UnitX());
-  guide.friction_coefficient = friction;
-  const Vec3 place(kStart, 0, 0);
-  const int slide = add_mover(model, "slide", 0.5, place, Vec3::Constant(1e-4), {guide}, place);
-  model.frames[static_cast<std::size_t>(slide)].parent = 0;
+  const int slide = add_slide_on_turning_table(model, kSpeed, kStart, friction);
   model.timestep = kBearingStep;
   Solver solver(model);
   const double growth = kSpeed * (std::sqrt(1 + friction * friction) - friction);  // 1/s
