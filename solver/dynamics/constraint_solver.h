@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 
 namespace firn {
@@ -10,10 +11,11 @@ namespace firn {
 // effect.
 class ConstraintSolver {
  public:
-  explicit ConstraintSolver(const Eigen::MatrixXd& matrix) {
-    // Rows along which nothing can move contain only rounding errors.
-    const double least =
-        kDependent * (matrix.rows() > 0 ? matrix.diagonal().cwiseAbs().maxCoeff() : 0);
+  // Rows along which nothing can move contain only rounding errors. They are those whose diagonal
+  // is not above `rounding`, or is small against the largest one.
+  ConstraintSolver(const Eigen::MatrixXd& matrix, double rounding) {
+    const double largest = matrix.rows() > 0 ? matrix.diagonal().cwiseAbs().maxCoeff() : 0;
+    const double least = std::max(rounding, kDependent * largest);
     scale_ = Eigen::VectorXd::Zero(matrix.rows());
     for (Eigen::Index i = 0; i < matrix.rows(); ++i)
       if (const double d = std::abs(matrix(i, i)); d > least) scale_[i] = 1 / std::sqrt(d);

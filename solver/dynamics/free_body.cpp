@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "solver/dynamics/rotation_vector.h"
+
 namespace firn {
 namespace {
 
@@ -289,11 +291,7 @@ Vec3 drift(const FreeBody& body, const Vec3& origin, double dt, const HeldAxes& 
     }
     return omega;
   };
-  const auto turn = [&](const Vector& u) {
-    const Vec3 angles = 0.5 * dt * angular_velocity_of(u);
-    const double angle = angles.norm();
-    return angle > 0 ? Quat(Eigen::AngleAxisd(angle, angles / angle)) : Quat::Identity();
-  };
+  const auto turn = [&](const Vector& u) { return rotation_by(0.5 * dt * angular_velocity_of(u)); };
   const Mat3 parent = Mat3::Identity();
   const Vector momenta = Axes(body, origin, parent, orientation.toRotationMatrix()).mass * first;
   const Quat half_way = turn(first) * orientation;

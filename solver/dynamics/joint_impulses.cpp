@@ -12,6 +12,9 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr int kMostSweeps = 200;
+// Largest change of a rate in the last sweep, as a fraction of the largest effect of an impulse, at
+// which the impulses count as converged. Rounding errors are far below it.
+constexpr double kSolved = 1e-9;
 // Couplings hold a coordinate or direction if its mobility is below this fraction of that without
 // couplings. Impulses along it are zero.
 constexpr double kHeldByCouplings = 1e-12;
@@ -39,11 +42,12 @@ JointImpulses::JointImpulses(std::vector<std::vector<BoundedImpulse>> bounds,
   }
 }
 
-void JointImpulses::apply(VectorXd& rates, double small) {
+bool JointImpulses::apply(VectorXd& rates, double small) {
   rates += mobility_ * impulses_;
   for (const Direction& one : directions_) rates += one.response * one.solution.impulse;
+  double change = 0, effect = 0;  // largest of a sweep, m/s or rad/s
   for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
-    double change = 0;
+    change = effect = 0;
     for (const std::size_t i : active_) {
       const auto k = static_cast<Eigen::Index>(i);
       const double w = mobility_(k, k);
@@ -52,6 +56,7 @@ void JointImpulses::apply(VectorXd& rates, double small) {
       impulses_[k] = solutions_[i].impulse;
       rates += mobility_.col(k) * more;
       change = std::max(change, std::abs(w * more));
+      effect = std::max(effect, std::abs(w * impulses_[k]));
     }
     for (Direction& one : directions_) {
       const double w = one.mobility, before = one.solution.impulse;
@@ -59,11 +64,13 @@ void JointImpulses::apply(VectorXd& rates, double small) {
       const double more = one.solution.impulse - before;
       rates += one.response * more;
       change = std::max(change, std::abs(w * more));
+      effect = std::max(effect, std::abs(w * one.solution.impulse));
     }
     if (change <= small) break;
   }
   for (const std::size_t i : active_)  // removes rounding errors
     if (solutions_[i].held) rates[static_cast<Eigen::Index>(i)] = solutions_[i].rate;
+  return change <= std::max(small, kSolved * effect);
 }
 
 VectorXd JointImpulses::impulses() const {

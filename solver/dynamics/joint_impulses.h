@@ -35,8 +35,10 @@ class JointImpulses {
                 const std::vector<DirectedImpulse>& directed, const Eigen::MatrixXd& mobility,
                 const Eigen::MatrixXd& free_mobility);
 
-  // Adds the effect of the impulses to `rates`. Stops when no rate changes by more than `small`.
-  void apply(Eigen::VectorXd& rates, double small);
+  // Adds the effect of the impulses to `rates`. Stops when no rate changes by more than `small`, or
+  // after 200 sweeps over all impulses. Returns false when the impulses have not converged: the
+  // last sweep still changed a rate by more than 1e-9 of the largest effect of an impulse.
+  bool apply(Eigen::VectorXd& rates, double small);
 
   // [n] along the coordinates, of all bounded impulses.
   Eigen::VectorXd impulses() const;

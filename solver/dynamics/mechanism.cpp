@@ -23,9 +23,15 @@ using Eigen::VectorXd;
 // magnitudes of their terms.
 constexpr double kSameRates = 1e-14;
 constexpr int kMostRepetitions = 200;
+// A step counts as converged up to this fraction, as rounding errors of some linkages exceed
+// kSameRates.
+constexpr double kSolvedRates = 1e-9;
 // Errors of couplings, m or 1: those below kMet count as zero, and those from kUnmet on as a
 // failure.
 constexpr double kMet = 1e-13, kUnmet = 1e-7;
+// Rates of the errors of couplings at unit rates of the coordinates, m or 1, that are rounding
+// errors up to this size.
+constexpr double kNoMotion = 1e-13;
 
 // The pin or slot of a coupling as a joint with friction.
 Joint bearing_of(const Coupling& coupling) {
@@ -56,8 +62,9 @@ struct Mechanism::Impl {
     std::optional<Joint> bearing;  // of its pin or slot, with the friction
   };
   std::vector<Tie> ties;
-  std::vector<std::pair<std::size_t, std::size_t>> joint;  // [coordinates] frame and joint
-  VectorXd damping, armature, stiffness;                   // [coordinates]
+  // [coordinates] frame and joint; the axes of a free rotation count after the joints.
+  std::vector<std::pair<std::size_t, std::size_t>> joint;
+  VectorXd damping, armature, stiffness;  // [coordinates]
   MultibodyTree tree;
 
   Impl(const std::vector<MotionFrame>& all, const std::vector<Coupling>& given,
@@ -73,13 +80,14 @@ struct Mechanism::Impl {
     joint.resize(static_cast<std::size_t>(n));
     damping = armature = stiffness = VectorXd::Zero(n);
     for (std::size_t f = 0; f < frames.size(); ++f) {
-      for (std::size_t k = 0; k < frames[f]->free->joints.size(); ++k) {
-        const Joint& one = frames[f]->free->joints[k];
+      const FreeBody& body = *frames[f]->free;
+      for (std::size_t k = 0; k < body.joints.size() + (body.free_rotation ? 3 : 0); ++k) {
         const int i = tree.coordinate(static_cast<int>(f), static_cast<int>(k));
         joint[static_cast<std::size_t>(i)] = {f, k};
-        damping[i] = one.damping;
-        armature[i] = one.armature;
-        stiffness[i] = one.stiffness;
+        if (k >= body.joints.size()) continue;
+        damping[i] = body.joints[k].damping;
+        armature[i] = body.joints[k].armature;
+        stiffness[i] = body.joints[k].stiffness;
       }
     }
     int loops = 0;
@@ -198,12 +206,16 @@ struct Mechanism::Impl {
     VectorXd out = tree.generalized_forces(loads);
     for (std::size_t i = 0; i < joint.size(); ++i) {
       const auto k = static_cast<Eigen::Index>(i);
-      out[k] += spring_load(joint_at(i), q[k]);
+      if (const Joint* one = joint_at(i)) out[k] += spring_load(*one, q[k]);
     }
     return out;
   }
-  const Joint& joint_at(std::size_t i) const {
-    return frames[joint[i].first]->free->joints[joint[i].second];
+  // Joint of a coordinate; null: an axis of a free rotation, which has no spring, friction, motor
+  // or limit.
+  const Joint* joint_at(std::size_t i) const {
+    const auto [f, k] = joint[i];
+    const std::vector<Joint>& joints = frames[f]->free->joints;
+    return k < joints.size() ? &joints[k] : nullptr;
   }
 
   // Generalized impulses due to the velocity change of the ground.
@@ -228,8 +240,10 @@ struct Mechanism::Impl {
     std::vector<std::vector<BoundedImpulse>> all(joint.size());
     const double h = 0.5 * s.dt;
     for (std::size_t i = 0; i < joint.size(); ++i) {
+      const Joint* const found = joint_at(i);
+      if (found == nullptr) continue;
+      const Joint& one = *found;
       const auto [f, k] = joint[i];
-      const Joint& one = joint_at(i);
       const auto at = static_cast<Eigen::Index>(i);
       std::vector<BoundedImpulse>& impulses = all[i];
       const double friction = friction_limit(one, world_axis(s, f, one), s.bearings[f]);
@@ -317,6 +331,11 @@ struct Mechanism::Impl {
     return out;
   }
 
+  // Largest mobility of a constraint that no coordinate changes but for rounding errors.
+  static double rounding_mobility(const MatrixXd& mass) {
+    return kNoMotion * kNoMotion / mass.diagonal().minCoeff();
+  }
+
   // Equations of a half-kick: resists u = known + h f(q, u) + g^T l, with the bounded impulses.
   struct KickEquations {
     VectorXd q, start;  // coordinates; rates before
@@ -330,6 +349,7 @@ struct Mechanism::Impl {
     const bool first = half == HalfKick::first;
     const double h = 0.5 * s.dt;
     VectorXd q = gather(s, &FreeBodyMotion::coordinate), start = gather(s, &FreeBodyMotion::rate);
+    tree.set_orientations(s.orientations);
     tree.place(q, start);
     const MatrixXd mass = mass_matrix();
     MatrixXd resists = mass;
@@ -337,7 +357,7 @@ struct Mechanism::Impl {
     MatrixXd mobility = resists.llt().solve(MatrixXd::Identity(mass.rows(), mass.cols()));
     MatrixXd g = constraint_matrix(q);
     MatrixXd along = mobility * g.transpose();
-    ConstraintSolver constraint(g * along);
+    ConstraintSolver constraint(g * along, rounding_mobility(mass));
     VectorXd known = mass * start;
     if (first) {
       known += jump(s);
@@ -349,9 +369,10 @@ struct Mechanism::Impl {
   }
 
   struct KickSolution {
-    VectorXd u;        // rates
-    VectorXd applied;  // impulses without constraints and bounded impulses
-    VectorXd end;      // coordinates at the end of the step
+    VectorXd u;              // rates
+    VectorXd applied;        // impulses without constraints and bounded impulses
+    VectorXd end;            // coordinates at the end of the step
+    bool converged = false;  // rates and bounded impulses
   };
   // Repeats the kick until the rates, and after the first half-kick the couplings at the end of the
   // step, have converged. Throws RunError when the couplings cannot be met.
@@ -359,7 +380,7 @@ struct Mechanism::Impl {
                           JointImpulses& holds) {
     const bool first = half == HalfKick::first;
     const double h = 0.5 * s.dt;
-    KickSolution out{e.start, VectorXd(), e.q};
+    KickSolution out{e.start, VectorXd(), e.q, false};
     // Target rates of the constraints: zero, or those that close the couplings at the end of the
     // step.
     VectorXd wanted = VectorXd::Zero(e.g.rows());
@@ -372,8 +393,11 @@ struct Mechanism::Impl {
       const double small =
           kSameRates * (e.mobility.cwiseAbs() * out.applied.cwiseAbs()).lpNorm<Eigen::Infinity>();
       next -= e.along * e.constraint.solve(e.g * next - wanted);
-      holds.apply(next, small);
-      const bool is_same = !first || (next - out.u).lpNorm<Eigen::Infinity>() <= small;
+      const bool is_solved = holds.apply(next, small);
+      const double change = first ? (next - out.u).lpNorm<Eigen::Infinity>() : 0,
+                   scale = std::max(small / kSameRates, next.lpNorm<Eigen::Infinity>());
+      const bool is_same = !first || change <= small;
+      out.converged = is_solved && change <= kSolvedRates * scale;
       out.u = next;
       if (first) out.end = e.q + s.dt * out.u;
       if (first && e.g.rows() > 0) {
@@ -410,7 +434,8 @@ struct Mechanism::Impl {
         e.along.transpose() * (e.resists * solution.u - solution.applied - holds.impulses()));
     scatter(s, &FreeBodyMotion::coordinate, solution.end);
     scatter(s, &FreeBodyMotion::rate, solution.u);
-    MechanismKick out{coupling_loads(s, multipliers), std::vector<double>(ties.size()), {}};
+    MechanismKick out{
+        coupling_loads(s, multipliers), std::vector<double>(ties.size()), {}, solution.converged};
     add_joint_forces(s, half, e.start, solution.u, given, out);
     return out;
   }
@@ -448,11 +473,14 @@ struct Mechanism::Impl {
   // The multipliers that keep the couplings at zero rates, with the forces at rest.
   std::vector<JointLoad> starting_coupling_loads(const MechanismState& s) {
     const VectorXd q = gather(s, &FreeBodyMotion::coordinate);
+    tree.set_orientations(s.orientations);
     tree.place(q, VectorXd::Zero(q.size()));
-    const Eigen::LLT<MatrixXd> mass(mass_matrix());
-    const MatrixXd g = constraint_matrix(q), along = mass.solve(g.transpose());
-    const VectorXd accelerations = mass.solve(forces(s, q));
-    VectorXd multipliers = ConstraintSolver(g * along).solve(g * accelerations);
+    const MatrixXd mass = mass_matrix();
+    const Eigen::LLT<MatrixXd> factors(mass);
+    const MatrixXd g = constraint_matrix(q), along = factors.solve(g.transpose());
+    const VectorXd accelerations = factors.solve(forces(s, q));
+    const ConstraintSolver constraint(g * along, rounding_mobility(mass));
+    VectorXd multipliers = constraint.solve(g * accelerations);
     multipliers = -multipliers;
     return coupling_loads(s, multipliers);
   }
@@ -542,6 +570,7 @@ double Mechanism::highest_frequency() const {
   const VectorXd root = impl_->stiffness.cwiseSqrt();
   if (root.isZero(0)) return 0;
   const VectorXd zero = VectorXd::Zero(root.size());
+  impl_->tree.set_orientations(std::vector<Quat>(impl_->frames.size(), Quat::Identity()));
   impl_->tree.place(zero, zero);
   const MatrixXd squares = root.asDiagonal() * impl_->mass_matrix().inverse() * root.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> modes(squares, Eigen::EigenvaluesOnly);

@@ -10,6 +10,9 @@
 // that sticking joints do not move and driven joints have exactly their target speed. The friction
 // of a coupling is such an impulse, too, along the rate of its pin or slot, which is a linear
 // function of all rates; a sticking pin is at rest to rounding.
+//
+// A body that turns freely has an orientation R against its parent instead of three coordinates.
+// Its rates are the angular velocity w, and R1 = exp(dt w) R0, which is symmetric in time, too.
 #pragma once
 
 #include <memory>
@@ -34,7 +37,12 @@ struct MechanismState {
   std::vector<JointLoad> bearings;  // [frames] N, N m by the parent over the last step
   // [couplings] N, N m about the coupling's point, on its body b over the last step.
   std::vector<JointLoad> couplings;
-  std::vector<FreeBodyMotion> motion;                          // [frames]
+  // [frames] body axes -> axes of the parent; read of bodies that turn freely.
+  std::vector<Quat> orientations;
+  // [frames] The coordinates after the joints of a body that turns freely are the rotation vector
+  // (rad, axes of the parent) of a step: 0 before both half-kicks. After the first one, the caller
+  // turns the orientation by it and sets it to 0.
+  std::vector<FreeBodyMotion> motion;
   std::vector<std::vector<std::vector<const Motor*>>> motors;  // [frames][joints]
 };
 
@@ -45,6 +53,7 @@ struct MechanismKick {
   std::vector<JointLoad> couplings;
   std::vector<double> dissipated_friction;  // [couplings] J
   JointWork work;
+  bool converged = true;  // false: rates, friction, motors and limits are inexact
 };
 
 class Mechanism {

@@ -72,11 +72,6 @@ std::vector<MechanismMembers> find_mechanisms(const std::vector<MotionFrame>& fr
       out.emplace_back().ground = ground_of(frames, static_cast<int>(f));
     }
     MechanismMembers& members = out[static_cast<std::size_t>(place[r])];
-    if (frames[f].free->free_rotation)
-      throw InputError(fmt::format(
-          "motion_frames.{}: turns freely in a mechanism; expected joints, as other bodies are "
-          "attached to it, or it to them",
-          frames[f].name));
     members.frames.push_back(static_cast<int>(f));
   }
   for (std::size_t c = 0; c < couplings.size(); ++c) {

@@ -39,6 +39,7 @@ std::vector<TreeBody> tree_bodies(const std::vector<MotionFrame>& all,
     body.mass = frame.free->mass;
     body.center = frame.free->center;
     body.inertia = frame.free->inertia;
+    body.free_rotation = frame.free->free_rotation;
     for (const Joint& j : frame.free->joints)
       body.joints.push_back({j.kind == Joint::Kind::rotation, j.direction});
     bodies.push_back(std::move(body));

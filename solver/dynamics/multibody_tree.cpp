@@ -4,6 +4,8 @@
 
 #include <utility>
 
+#include "solver/dynamics/rotation_vector.h"
+
 namespace firn {
 namespace {
 
@@ -46,13 +48,15 @@ struct MultibodyTree::Impl {
   SimTK::MultibodySystem system;
   SimTK::SimbodyMatterSubsystem matter{system};
   std::vector<SimTK::MobilizedBody> bodies;               // [bodies] what carries the mass
-  std::vector<std::vector<SimTK::MobilizedBody>> joints;  // [bodies][joints]
+  std::vector<std::vector<SimTK::MobilizedBody>> joints;  // [bodies][joints], free rotation last
   std::vector<std::vector<SimTK::Constraint>> loops;      // a loop is one or two
-  std::vector<std::vector<int>> coordinate;               // [bodies][joints]
+  std::vector<std::vector<int>> coordinate;               // [bodies][joints and free rotation]
   std::vector<Vec3> origin;                               // [bodies] m, as drawn
+  std::vector<Eigen::Quaterniond> orientation;  // [bodies] as of MultibodyTree::set_orientations()
   SimTK::State state;
 
-  // Massless links carry the slides; the turn about the moved origin is the last joint.
+  // Massless links carry the slides. The turn about the moved origin, or the free rotation, is the
+  // last joint.
   void add_body(const TreeBody& body) {
     const auto parent_number = static_cast<std::size_t>(body.parent);
     SimTK::MobilizedBody parent = matter.Ground();
@@ -70,7 +74,7 @@ struct MultibodyTree::Impl {
     std::vector<SimTK::MobilizedBody> chain(given.size());
     for (std::size_t n = 0; n < order.size(); ++n) {
       const TreeJoint& joint = given[order[n]];
-      const bool is_last = n + 1 == order.size();
+      const bool is_last = n + 1 == order.size() && !body.free_rotation;
       const SimTK::Body link = is_last ? SimTK::Body(full) : SimTK::Body(SimTK::Body::Massless());
       const SimTK::Rotation axes =
           along(joint.direction, joint.turns ? SimTK::CoordinateAxis(SimTK::ZAxis)
@@ -84,9 +88,34 @@ struct MultibodyTree::Impl {
       chain[order[n]] = parent;
       place.setZero();
     }
+    if (body.free_rotation) {
+      parent = SimTK::MobilizedBody::Ball(parent, SimTK::Transform(simbody(place)), full,
+                                          SimTK::Transform());
+      chain.push_back(parent);
+    }
     bodies.push_back(parent);
     joints.push_back(std::move(chain));
     origin.push_back(body.origin);
+  }
+
+  // Simbody's coordinates for those of MultibodyTree::place(). They are equal for joints. A free
+  // rotation has a quaternion.
+  SimTK::Vector simbody_coordinates(const Eigen::VectorXd& coordinates) const {
+    SimTK::Vector q(state.getNQ());
+    for (std::size_t b = 0; b < joints.size(); ++b) {
+      for (const SimTK::MobilizedBody& joint : joints[b]) {
+        const int from = joint.getFirstUIndex(state), to = joint.getFirstQIndex(state);
+        if (joint.getNumU(state) == 1) {
+          q[to] = coordinates[from];
+          continue;
+        }
+        const Eigen::Quaterniond turned =
+            rotation_by(coordinates.segment<3>(from)) * orientation[b];
+        q[to] = turned.w();
+        for (int k = 0; k < 3; ++k) q[to + 1 + k] = turned.vec()[k];
+      }
+    }
+    return q;
   }
 
   void add_loop(const TreeLoop& loop) {
@@ -144,8 +173,10 @@ MultibodyTree::MultibodyTree(const std::vector<TreeBody>& bodies,
   for (const auto& chain : i.joints) {
     std::vector<int>& places = i.coordinate.emplace_back();
     for (const SimTK::MobilizedBody& joint : chain)
-      places.push_back(static_cast<int>(joint.getFirstUIndex(i.state)));
+      for (int k = 0; k < joint.getNumU(i.state); ++k)
+        places.push_back(static_cast<int>(joint.getFirstUIndex(i.state)) + k);
   }
+  i.orientation.assign(bodies.size(), Eigen::Quaterniond::Identity());
 }
 MultibodyTree::~MultibodyTree() = default;
 MultibodyTree::MultibodyTree(MultibodyTree&&) noexcept = default;
@@ -157,8 +188,12 @@ int MultibodyTree::coordinate(int body, int joint) const {
   return impl_->coordinate[static_cast<std::size_t>(body)][static_cast<std::size_t>(joint)];
 }
 
+void MultibodyTree::set_orientations(const std::vector<Eigen::Quaterniond>& orientations) {
+  impl_->orientation = orientations;
+}
+
 void MultibodyTree::place(const Eigen::VectorXd& coordinates, const Eigen::VectorXd& rates) {
-  impl_->state.updQ() = simbody(coordinates);
+  impl_->state.updQ() = impl_->simbody_coordinates(coordinates);
   impl_->state.updU() = simbody(rates);
   impl_->system.realize(impl_->state, SimTK::Stage::Velocity);
 }
@@ -176,7 +211,9 @@ Eigen::MatrixXd MultibodyTree::constraint_matrix() const {
 }
 
 Eigen::VectorXd MultibodyTree::constraint_errors() const {
-  return plain_vector(SimTK::Vector(impl_->state.getQErr()));
+  // The errors of the norms of quaternions are last and belong to no loop.
+  const int rows = impl_->state.getNQErr() - impl_->matter.getNumQuaternionsInUse(impl_->state);
+  return plain_vector(SimTK::Vector(impl_->state.getQErr())).head(rows);
 }
 
 TreePose MultibodyTree::pose(int body) const {

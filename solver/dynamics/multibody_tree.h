@@ -3,7 +3,9 @@
 // is C++17 and this header includes none of Firn's.
 //
 // All vectors are in the axes of the ground, on which the tree stands; its origin is that of the
-// world at t = 0. A joint coordinate is 0 as drawn.
+// world at t = 0. A joint coordinate is 0 as drawn. A free rotation has three coordinates and three
+// rates: the rotation vector (rad) from an orientation that is set, and the angular velocity
+// (rad/s), both against the parent and in its axes.
 #pragma once
 
 #include <Eigen/Dense>
@@ -23,7 +25,9 @@ struct TreeBody {
   double mass = 0;                                    // kg
   Eigen::Vector3d center = Eigen::Vector3d::Zero();   // m, center of mass, as drawn
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  // kg m^2 about it
-  std::vector<TreeJoint> joints;                      // at least one, at most one turns
+  std::vector<TreeJoint> joints;                      // at most one turns
+  // About all axes through the body's origin, once all slides have moved it; then no joint turns.
+  bool free_rotation = false;
 };
 
 // Ties two bodies in addition to the joints; numbers of bodies, -1: the ground.
@@ -54,9 +58,14 @@ class MultibodyTree {
   MultibodyTree(MultibodyTree&&) noexcept;
   MultibodyTree& operator=(MultibodyTree&&) noexcept;
 
-  int coordinates() const;                    // n
-  int coordinate(int body, int joint) const;  // its place among them
+  int coordinates() const;  // n
+  // Place of a coordinate among them. Those of a free rotation follow the joints of the body.
+  int coordinate(int body, int joint) const;
 
+  // [bodies] orientations (body axes -> axes of the parent) at which the coordinates of free
+  // rotations are 0; the identity before the first call. Those of other bodies are not read. Has an
+  // effect from the next place() on.
+  void set_orientations(const std::vector<Eigen::Quaterniond>& orientations);
   // Poses for these coordinates [n] and rates [n]: what the functions below refer to.
   void place(const Eigen::VectorXd& coordinates, const Eigen::VectorXd& rates);
 

@@ -13,7 +13,7 @@ namespace firn {
 
 namespace {
 
-constexpr std::uint64_t kMagic = 0x4e5249460000000a;  // "FIRN" and the layout's version
+constexpr std::uint64_t kMagic = 0x4e5249460000000b;  // "FIRN" and the layout's version
 
 // The same walk over the state writes and reads it.
 class Writer {
@@ -152,6 +152,7 @@ void walk(Archive& ar, S& s) {
   ar.value(s.diagnostics.largest_overlap);
   ar.value(s.diagnostics.largest_overlap_particle);
   ar.value(s.diagnostics.late_contacts);
+  ar.value(s.diagnostics.unconverged_steps);
   ar.value(s.diagnostics.energy_error);
   ar.value(s.diagnostics.rebuilds);
   ar.value(s.diagnostics.queries);

@@ -139,6 +139,7 @@ struct BoundaryMotionScratch {
   std::array<std::vector<const Motor*>, kMaxJoints> motors;  // [axes] of a free body
   std::vector<FrameMotion> frames;                           // at the start of the step
   std::vector<BodyLoad> loads;  // [frames] on the bodies of mechanisms then
+  bool unconverged = false;     // a half-kick of a mechanism in this step; see MechanismKick
 };
 
 struct Workspace {

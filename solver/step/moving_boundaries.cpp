@@ -6,6 +6,7 @@
 
 #include "firn/rigid_motion.h"
 #include "solver/dynamics/free_body.h"
+#include "solver/dynamics/rotation_vector.h"
 #include "solver/state/workspace.h"
 #include "solver/step/frame_poses.h"
 #include "solver/step/free_body_energy.h"
@@ -217,6 +218,7 @@ MechanismState mechanism_state(const Model& model, State& s,
     at.loads.push_back({load.force, load.torque});
     const JointReaction& bearing = s.joint_reactions[static_cast<std::size_t>(f)];
     at.bearings.push_back({bearing.force, bearing.torque});
+    at.orientations.push_back(s.frame_orientation[static_cast<std::size_t>(f)]);
     at.motion.push_back(coordinates(s.frames[static_cast<std::size_t>(f)]));
     auto& motors = at.motors.emplace_back();
     const std::size_t joints = model.frames[static_cast<std::size_t>(f)].free->joints.size();
@@ -256,17 +258,18 @@ void add_coupling_impulse(const JointLoad& impulse, HalfKick half, CouplingReact
 }
 
 // Makes a half-kick of a mechanism, and after the first one also the drift of its coordinates.
-// Stores the loads on its bodies in `loads`.
+// Stores the loads on its bodies in `scratch`, and whether it has converged.
 void kick_mechanism(const Model& model, State& s, const std::vector<FrameMotion>& grounds,
-                    Mechanism& mechanism, HalfKick half, std::vector<BodyLoad>& loads) {
+                    Mechanism& mechanism, HalfKick half, BoundaryMotionScratch& scratch) {
   const MechanismMembers& members = mechanism.members();
-  gather_loads(model, s, members, loads);
+  gather_loads(model, s, members, scratch.loads);
   const bool is_first = half == HalfKick::first;
-  MechanismState at = mechanism_state(model, s, grounds, loads, members);
+  MechanismState at = mechanism_state(model, s, grounds, scratch.loads, members);
   if (is_first && s.steps == 0 && mechanism.has_coupling_friction())
     start_coupling_loads(mechanism, at, s);
   const MechanismKick result =
       is_first ? mechanism.integrate_positions(at) : mechanism.second_kick(at);
+  scratch.unconverged = scratch.unconverged || !result.converged;
   add_joint_work(result.work, s.free_bodies);
   for (std::size_t f = 0; f < members.frames.size(); ++f) {
     const auto acts = [&](const Motor* motor) { return motor->acts(s.time); };
@@ -288,15 +291,20 @@ void kick_mechanism(const Model& model, State& s, const std::vector<FrameMotion>
   }
 }
 
-// Sets the orientation of a body on joints, and its rotation since `before`.
-void turn_member(const FreeBody& body, const FrameMotion& before, const FrameMotion& now,
-                 Place& place) {
+// Sets the orientation of a member of a mechanism, and its rotation since `before`. Sets the
+// rotation vector of a body that turns freely to 0; see MechanismState::motion.
+void turn_member(const FreeBody& body, const FrameMotion& before, FrameMotion& now, Place& place) {
   for (std::size_t k = 0; k < body.joints.size(); ++k) {
     const Joint& joint = body.joints[k];
     if (joint.kind != Joint::Kind::rotation) continue;
     place.orientation = Quat(Eigen::AngleAxisd(now.coordinate[k], joint.direction));
     place.turned = joint.direction * (now.coordinate[k] - before.coordinate[k]);
   }
+  if (!body.free_rotation) return;
+  Eigen::Map<Vec3> turned(now.coordinate + body.joints.size());
+  place.orientation = (rotation_by(turned) * place.orientation).normalized();
+  place.turned = turned;
+  turned.setZero();
 }
 
 // The coordinates of a member of a mechanism have been advanced before.
@@ -382,12 +390,13 @@ void advance_boundary(const Model& model, State& s, std::size_t b, BoundaryMotio
 void advance_boundaries(const Model& model, Workspace& w, State& s) {
   BoundaryMotionScratch& scratch = w.boundary_motion;
   scratch.frames = s.frames;
+  scratch.unconverged = false;
   for (std::size_t f = 0; f < model.frames.size(); ++f) {
     const int of = w.mechanism_of[f];
     if (of >= 0) {
       Mechanism& mechanism = w.mechanisms[static_cast<std::size_t>(of)];
       if (mechanism.members().frames.front() == static_cast<int>(f))
-        kick_mechanism(model, s, scratch.frames, mechanism, HalfKick::first, scratch.loads);
+        kick_mechanism(model, s, scratch.frames, mechanism, HalfKick::first, scratch);
     }
     advance_frame(model, s, f, of >= 0, scratch);
   }
@@ -409,13 +418,14 @@ void finish_frames(const Model& model, Workspace& w, State& s) {
     if (const int of = w.mechanism_of[f]; of >= 0) {
       Mechanism& mechanism = w.mechanisms[static_cast<std::size_t>(of)];
       if (mechanism.members().frames.front() == static_cast<int>(f))
-        kick_mechanism(model, s, s.frames, mechanism, HalfKick::second, w.boundary_motion.loads);
+        kick_mechanism(model, s, s.frames, mechanism, HalfKick::second, w.boundary_motion);
     } else if (model.frames[f].free) {
       kick(model, s, s.frames, f, load, HalfKick::second, w.boundary_motion);
     }
     s.frames[f].impulse += load.force * model.timestep;
     s.frames[f].angular_impulse += load.torque * model.timestep;
   }
+  if (w.boundary_motion.unconverged) ++s.diagnostics.unconverged_steps;
 }
 
 }  // namespace firn

@@ -74,6 +74,8 @@ struct Diagnostics {
   // Patches first detected with an overlap above 1 % of the rounding radii. Those of the first step
   // belong to the initial state and do not count.
   std::uint64_t late_contacts = 0;
+  // Steps in which friction, motors and limits of mechanisms did not converge.
+  std::uint64_t unconverged_steps = 0;
   double energy_error = 0;             // J, sum of unexplained rises
   std::uint64_t rebuilds = 0;          // of the neighbor list
   std::uint64_t queries = 0;           // narrow-phase queries of part pairs

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <random>
 
 namespace firn {
@@ -90,6 +91,32 @@ TEST(JointImpulses, FrictionAlongRandomDirectionsStopsOrOpposesTheirRates) {
   }
   EXPECT_GT(stopped, 50);
   EXPECT_GT(sliding, 50);
+}
+
+// A motor without a limit works against friction along the same coordinate. A sweep gives both as
+// much as brings a unit mass from rest to the speed of the motor.
+TEST(JointImpulses, ReturnWhetherTheyHaveConverged) {
+  const MatrixXd mobility = MatrixXd::Identity(kCoordinates, kCoordinates);
+  constexpr double kUnlimited = std::numeric_limits<double>::infinity();
+  for (const double friction : {0.5, 50.0, 5000.0}) {
+    Bounds bounds(kCoordinates);
+    bounds[1] = {{1, kUnlimited, -kUnlimited, nullptr}};
+    double given = 0;
+    const VectorXd along = VectorXd::Unit(kCoordinates, 1);
+    const DirectedImpulse directed{along, {0, friction, -friction, &given}};
+    JointImpulses impulses(bounds, {directed}, mobility, mobility);
+    VectorXd rates = VectorXd::Zero(kCoordinates);
+    const bool converged = impulses.apply(rates, kConverged);
+    impulses.share();
+    EXPECT_EQ(converged, friction < 200) << friction;
+    EXPECT_EQ(rates, along);
+    if (converged) {
+      EXPECT_NEAR(given, -friction, 1e-12 * friction);
+      EXPECT_NEAR(impulses.impulses()[1], 1, 1e-12 * friction);
+    } else {
+      EXPECT_GT(given, -friction);
+    }
+  }
 }
 
 TEST(JointImpulses, ADirectionThatTheCouplingsHoldHasNone) {
