@@ -226,13 +226,16 @@ void boundary_contacts(const Model& model, Workspace& w, State& s) {
     const ContactPoint* old_points = s.boundary_points.data() + first_point;
     first_patch += memory.patch_count;
     first_point += memory.point_count;
-    memory.force.setZero();
-    memory.moment_a.setZero();
-    memory.moment_b.setZero();
     const auto present = [&](int b) {
       return s.boundary_present[static_cast<std::size_t>(b)] != 0;
     };
-    if (!present(contact.a) || !present(contact.b)) {
+    const bool acts = present(contact.a) && present(contact.b);
+    // The load of the last step acts on both boundaries in the first half of this one.
+    if (!acts) memory.work_normal -= 0.5 * model.timestep * boundary_contact_power(model, s, k);
+    memory.force.setZero();
+    memory.moment_a.setZero();
+    memory.moment_b.setZero();
+    if (!acts) {
       memory.patch_count = memory.point_count = 0;
       memory.test_distance = -1;
       continue;
@@ -258,6 +261,15 @@ void boundary_contacts(const Model& model, Workspace& w, State& s) {
   }
   std::swap(s.boundary_patches, patches);
   std::swap(s.boundary_points, points);
+}
+
+double boundary_contact_power(const Model& model, const State& s, std::size_t number) {
+  const BoundaryContact& contact = model.boundary_contacts[number];
+  const BoundaryContactHistory& memory = s.boundary_contacts[number];
+  const std::size_t n = model.particles.size();
+  const BodyMotion &a = s.motion[n + index(contact.a)], &b = s.motion[n + index(contact.b)];
+  return memory.force.dot(a.velocity - b.velocity) + memory.moment_a.dot(a.angular_velocity) +
+         memory.moment_b.dot(b.angular_velocity);
 }
 
 BoundaryContactState boundary_contact_state(const Workspace& w, const State& s,

@@ -14,6 +14,9 @@ struct Workspace;
 // Call if the model has such contacts. Throws RunError when an overlap exceeds its limit.
 void boundary_contacts(const Model& model, Workspace& workspace, State& state);
 
+// Power of the load of a contact on both of its boundaries at their velocities, W.
+double boundary_contact_power(const Model& model, const State& state, std::size_t number);
+
 BoundaryContactState boundary_contact_state(const Workspace& workspace, const State& state,
                                             std::size_t number);
 

@@ -63,20 +63,6 @@ double power_on_frame(const Model& model, const std::vector<FrameMotion>& before
   return load.force.dot(way) / model.timestep + load.torque.dot(to.angular_velocity);
 }
 
-// Power of the contacts between boundaries on both boundaries, W.
-double power_of_boundary_contacts(const Model& model, const State& s) {
-  double power = 0;
-  for (std::size_t k = 0; k < model.boundary_contacts.size(); ++k) {
-    const BoundaryContact& contact = model.boundary_contacts[k];
-    const BoundaryContactHistory& memory = s.boundary_contacts[k];
-    const std::size_t n = model.particles.size();
-    const BodyMotion &a = s.motion[n + index(contact.a)], &b = s.motion[n + index(contact.b)];
-    power += memory.force.dot(a.velocity - b.velocity) + memory.moment_a.dot(a.angular_velocity) +
-             memory.moment_b.dot(b.angular_velocity);
-  }
-  return power;
-}
-
 void add_body(const MotionFrame& frame, const FrameMotion& motion, const FrameVelocity& velocity,
               const Vec3& gravity, FreeBodyEnergy& e) {
   const FreeBody& body = *frame.free;
@@ -99,7 +85,9 @@ void add_body(const MotionFrame& frame, const FrameMotion& motion, const FrameVe
 
 void add_contact_work(const Model& model, const std::vector<FrameMotion>& before, State& s) {
   if (!has_free_body(model.frames)) return;
-  double power = -power_of_boundary_contacts(model, s);
+  double power = 0;
+  for (std::size_t k = 0; k < model.boundary_contacts.size(); ++k)
+    power -= boundary_contact_power(model, s, k);
   for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
     if (free_frame(model.frames, model.boundaries[b].frame) >= 0)
       power += power_on_frame(model, before, s, b);

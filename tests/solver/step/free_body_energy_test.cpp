@@ -129,28 +129,61 @@ TEST(FreeBodyEnergy, StickingFrictionAndAHeldLoadDissipateNothing) {
   EXPECT_EQ(solver.energy().free_bodies.dissipated_friction, 0);
 }
 
+// A box that lies on a belt.
+struct BoxOnBelt {
+  double mass = 2, speed = 0.5;  // kg, m/s
+  Model model = scenes::mechanism();
+  int belt, load;  // boundaries
+
+  BoxOnBelt() {
+    constexpr double kStiffness = 1e6;
+    const int box = add_mover(model, "box", mass, {0, 0, 0.05}, Vec3::Constant(0.01),
+                              {slider(Vec3::UnitX()), slider(Vec3::UnitZ())});
+    belt = scenes::add_panel(model, "belt", {-1, -0.2, -0.1}, {1, 0.2, 0});
+    const double dent = mass * kGravity / kStiffness;
+    load = scenes::add_panel(model, "load", {-0.05, -0.05, -dent}, {0.05, 0.05, 0.1 - dent});
+    Motion along;
+    along.velocity = {speed, 0, 0};
+    model.boundaries[index(belt)].motions = {along};
+    model.boundaries[index(load)].frame = box;
+    scenes::add_contact(model, load, belt, 0.3, 0.5, kStiffness);
+    model.timestep = 2e-5;
+  }
+};
+
 // A belt takes a box along: half of its work is lost in the contact.
 TEST(FreeBodyEnergy, AMovingBoundaryWorksThroughItsContact) {
-  constexpr double kMass = 2, kSpeed = 0.5, kStiffness = 1e6;
-  Model model = scenes::mechanism();
-  const int box = add_mover(model, "box", kMass, {0, 0, 0.05}, Vec3::Constant(0.01),
-                            {slider(Vec3::UnitX()), slider(Vec3::UnitZ())});
-  const int belt = scenes::add_panel(model, "belt", {-1, -0.2, -0.1}, {1, 0.2, 0});
-  const double dent = kMass * kGravity / kStiffness;
-  const int load =
-      scenes::add_panel(model, "load", {-0.05, -0.05, -dent}, {0.05, 0.05, 0.1 - dent});
-  Motion along;
-  along.velocity = {kSpeed, 0, 0};
-  model.boundaries[index(belt)].motions = {along};
-  model.boundaries[index(load)].frame = box;
-  scenes::add_contact(model, load, belt, 0.3, 0.5, kStiffness);
-  model.timestep = 2e-5;
-  Solver solver(model);
-  const double given = kMass * kSpeed * kSpeed;
+  const BoxOnBelt scene;
+  Solver solver(scene.model);
+  const double given = scene.mass * scene.speed * scene.speed;
   EXPECT_LT(imbalance(solver, 0.4), 2e-3 * given);
   const FreeBodyEnergy e = solver.energy().free_bodies;
   EXPECT_NEAR(e.work, given, 0.02 * given);
   EXPECT_NEAR(e.dissipated_contacts, 0.5 * given, 0.02 * given);
+}
+
+// The box slips on the belt when the belt or the boundary of the box is removed. The contact loses
+// what it holds, and half a step's work of its last load.
+TEST(FreeBodyEnergy, BalancesWhenATouchingBoundaryIsRemoved) {
+  const BoxOnBelt scene;
+  for (const int removed : {scene.belt, scene.load}) {
+    Solver solver(scene.model);
+    scenes::run(solver, 0.05);
+    const FreeBodyEnergy before = solver.energy().free_bodies;
+    const double slip = scene.speed - solver.frames()[0].joints[0].rate,
+                 friction = solver.boundary_contacts()[0].force.x(),
+                 lost = 0.5 * scene.model.timestep * friction * slip;
+    EXPECT_GT(before.contacts_elastic, 0);
+    EXPECT_GT(lost, 1e-5);
+    solver.remove_boundary(removed);
+    solver.step();
+    const FreeBodyEnergy after = solver.energy().free_bodies;
+    EXPECT_EQ(after.contacts_elastic, 0);
+    EXPECT_NEAR(after.dissipated_contacts - before.dissipated_contacts,
+                before.contacts_elastic + lost, 0.02 * lost);
+    EXPECT_NEAR(after.balance(), before.balance(), 0.02 * lost);
+    EXPECT_LT(imbalance(solver, 0.05), 0.02 * lost);
+  }
 }
 
 TEST(FreeBodyEnergy, AHammerThatStrikesAWallBalances) {
