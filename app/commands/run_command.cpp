@@ -144,17 +144,16 @@ double relative_overlap(const Case& c, const Diagnostics& diagnostics) {
   return diagnostics.largest_overlap / shape.box.minCoeff();
 }
 
-// Warning on the quality of the contacts and the energy account of a run; empty: none.
+// Warnings on the results of a run in one sentence; empty: none.
 std::string warning_of_run(const Case& c, const std::string& results_file,
                            const RunSummary& summary) {
   if (summary.steps == 0) return {};
   try {
     const Recording recording(results_file);
-    std::string warning = contact_warning(contact_diagnostics(recording, c));
-    if (const auto account = energy_account(recording))
-      if (const std::string energy = energy_warning(*account); !energy.empty())
-        warning += (warning.empty() ? "" : "; ") + energy;
-    return warning;
+    std::string all;
+    for (const RunWarning& warning : run_warnings(recording, c))
+      all += (all.empty() ? "" : "; ") + warning.text;
+    return all;
   } catch (const InputError&) {
     return {};  // a file that a full disk cut short; the summary reports it
   }
@@ -187,6 +186,7 @@ Json summary_json(const Case& c, const std::string& file, const RunSummary& s,
                              {"largest_overlap_relative", relative_overlap(c, s.diagnostics)},
                              {"largest_overlap_particle", s.diagnostics.largest_overlap_particle},
                              {"late_contacts", s.diagnostics.late_contacts},
+                             {"unconverged_steps", s.diagnostics.unconverged_steps},
                              {"energy_error", s.diagnostics.energy_error},
                              {"warning", warning}};
   document["profile"] = profile_json(s.profile);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <utility>
 
 #include "experiments/analysis/sample_statistics.h"
 #include "experiments/text/number_text.h"
@@ -23,6 +24,17 @@ bool too_deep(const ContactDiagnostics& h) {
 bool too_late(const ContactDiagnostics& h) {
   return h.late_contacts > std::max(10.0, 0.1 * h.particles);
 }
+
+// Smallest and largest of some values.
+struct Range {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+
+  void add(double value) {
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  double width() const { return high - low; }
+};
 
 double largest_speed(const Recording& recording) {
   constexpr std::size_t kFrames = 200;
@@ -155,6 +167,76 @@ std::string energy_warning(const EnergyAccount& a) {
       "the energy account gains {:.3g} J, {:.2g} % of the {:.4g} J that were turned over; a "
       "smaller time step (case.steps_per_loading, case.timestep) shows whether it matters",
       a.gained, 100 * a.gained / a.turned_over, a.turned_over);
+}
+
+std::optional<FreeBodyBalance> free_body_balance(const Recording& recording) {
+  if (!recording.contains("/energy/free_bodies_kinetic")) return std::nullopt;
+  const auto series = [&](const char* name) {
+    return recording.series(std::string("/energy/") + name);
+  };
+  const std::vector<double> kinetic = series("free_bodies_kinetic"),
+                            gravitational = series("free_bodies_gravitational"),
+                            springs = series("free_bodies_elastic"),
+                            contacts = series("boundary_contacts_elastic"),
+                            friction = series("dissipated_joint_friction"),
+                            damping = series("dissipated_joint_damping"),
+                            impacts = series("dissipated_boundary_contacts"),
+                            work = series("free_bodies_work");
+  if (kinetic.empty()) return std::nullopt;
+  Range balance, moving, elastic, dissipated, given;
+  for (std::size_t i = 0; i < kinetic.size(); ++i) {
+    const double stored = springs[i] + contacts[i], lost = friction[i] + damping[i] + impacts[i];
+    balance.add(kinetic[i] + gravitational[i] + stored + lost - work[i]);
+    moving.add(kinetic[i]);
+    elastic.add(stored);
+    dissipated.add(lost);
+    given.add(work[i]);
+  }
+  return FreeBodyBalance{balance.width(), std::max({moving.width(), elastic.width(),
+                                                    dissipated.width(), given.width()})};
+}
+
+std::string free_body_warning(const FreeBodyBalance& b) {
+  constexpr double kChange = 0.02, kNothing = 1e-9;  // of what was turned over; J
+  if (!(b.change > kChange * b.turned_over) || b.change < kNothing) return {};
+  return fmt::format(
+      "the energy balance of free bodies changes by {:.3g} J, {:.2g} % of the {:.4g} J that were "
+      "turned over; a smaller time step (case.steps_per_loading, case.timestep) shows whether it "
+      "matters",
+      b.change, 100 * b.change / b.turned_over, b.turned_over);
+}
+
+JointConvergence joint_convergence(const Recording& recording) {
+  constexpr const char* kUnconverged = "/diagnostics/unconverged_steps";
+  const std::vector<double> times = recording.frame_times();
+  if (times.empty() || !recording.contains(kUnconverged)) return {};
+  return {last_finite(recording.series(kUnconverged)),
+          std::round(times.back() / recording.timestep())};
+}
+
+std::string convergence_warning(const JointConvergence& j) {
+  if (!(j.unconverged > 0)) return {};
+  return fmt::format(
+      "friction, motors and limits of mechanisms did not converge in {:.0f} of {:.0f} steps, and "
+      "their loads are inexact there; likely cause: a motor works against friction or a limit of "
+      "another joint or coupling, and both are strong against the inertia of the parts; lower its "
+      "max_load, shorten the time step (case.steps_per_loading, case.timestep), or state the "
+      "friction at the joint of the motor",
+      j.unconverged, j.steps);
+}
+
+std::vector<RunWarning> run_warnings(const Recording& recording, const Case& c) {
+  std::vector<RunWarning> all;
+  const auto add = [&](const char* subject, std::string text) {
+    if (!text.empty()) all.push_back({subject, std::move(text)});
+  };
+  add("contacts", contact_warning(contact_diagnostics(recording, c)));
+  if (const auto account = energy_account(recording))
+    add("energy account", energy_warning(*account));
+  if (const auto balance = free_body_balance(recording))
+    add("energy of free bodies", free_body_warning(*balance));
+  add("joints", convergence_warning(joint_convergence(recording)));
+  return all;
 }
 
 std::set<std::string> shapes_with_stated_rounding(const Case& c) {

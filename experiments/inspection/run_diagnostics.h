@@ -1,9 +1,10 @@
-// Numerical quality of the contacts of a run, and the likely cause of faults.
+// Numerical quality of a run, and the likely cause of faults.
 #pragma once
 
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "experiments/results/results_file.h"
 
@@ -48,6 +49,37 @@ std::optional<EnergyAccount> energy_account(const Recording& recording);
 // One sentence if the balance gains more than 0.2 % of `turned_over`; else empty. The check during
 // a run compares the remaining energy only, in which dissipation hides a gain.
 std::string energy_warning(const EnergyAccount& account);
+
+// Energy balance of the free bodies of a run, J. Each energy is compared over all frames.
+struct FreeBodyBalance {
+  double change = 0;  // of the sum of docs/results.md, which is constant but for errors
+  // Largest change of kinetic, elastic or dissipated energy, or of the work.
+  double turned_over = 0;
+};
+// Nothing without free bodies, or without frames.
+std::optional<FreeBodyBalance> free_body_balance(const Recording& recording);
+
+// One sentence if the balance changes by more than 2 % of `turned_over`; else empty.
+std::string free_body_warning(const FreeBodyBalance& balance);
+
+// Numbers of steps up to the last frame.
+struct JointConvergence {
+  double unconverged = 0;  // in which friction, motors and limits of mechanisms did not converge
+  double steps = 0;
+};
+// Zeros for a file of an earlier version.
+JointConvergence joint_convergence(const Recording& recording);
+
+// One sentence with the likely cause and a remedy if there are such steps; else empty.
+std::string convergence_warning(const JointConvergence& convergence);
+
+// A warning on the results of a run, one sentence, and what it is about.
+struct RunWarning {
+  std::string subject;
+  std::string text;
+};
+// All of the above that are not empty.
+std::vector<RunWarning> run_warnings(const Recording& recording, const Case& c);
 
 // One sentence for a shape whose convex parts deviate from its mesh by more than 2 % of its
 // smallest edge, or that needs more parts than max_parts. The limit is 5 % if a rounding radius

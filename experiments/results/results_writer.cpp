@@ -155,6 +155,7 @@ std::vector<Column> result_columns(const Model& model) {
   columns.push_back({"/diagnostics/energy_error", "J", {}});
   for (const char* name : {"late_contacts", "patches", "points"})
     columns.push_back({std::string("/diagnostics/") + name, "1", {}});
+  if (has_free_body(model.frames)) columns.push_back({"/diagnostics/unconverged_steps", "1", {}});
   return columns;
 }
 
@@ -190,6 +191,7 @@ std::vector<double> frame_row(const Solver& solver, double interval) {
   for (double value : {h.energy_error, static_cast<double>(h.late_contacts),
                        static_cast<double>(h.patches), static_cast<double>(h.points)})
     row.add(value);
+  if (has_free_body(solver.model().frames)) row.add(static_cast<double>(h.unconverged_steps));
   return row.take();
 }
 

@@ -190,11 +190,8 @@ void diagnostics_section(const Recording& recording, const Case& c, page::Page& 
     const std::string warning = deviation_warning(shape, rounded.contains(shape.name));
     if (!warning.empty()) content.note({Mark::caution, "shape"}, warning);
   }
-  const std::string warning = contact_warning(contact_diagnostics(recording, c));
-  if (!warning.empty()) content.note({Mark::caution, "contacts"}, warning);
-  if (const auto account = energy_account(recording))
-    if (const std::string gain = energy_warning(*account); !gain.empty())
-      content.note({Mark::caution, "energy account"}, gain);
+  for (const RunWarning& warning : run_warnings(recording, c))
+    content.note({Mark::caution, warning.subject}, warning.text);
   if (rise > 0.01 * turned && rise > 0)
     content.note(
         {Mark::caution, "energy"},
@@ -202,10 +199,15 @@ void diagnostics_section(const Recording& recording, const Case& c, page::Page& 
             "rises of energy that nothing explains add up to {} % of what was "
             "dissipated; repeat the run with a smaller time step to check whether they matter",
             page::number_text(100 * rise / turned, 3)));
-  content.properties({{"largest overlap", recorded_text(overlap, 1e3, 3, " mm")},
-                      {"energy error", recorded_text(rise, 1, 3, " J") + ", compared with " +
-                                           recorded_text(turned, 1, 3, " J") + " dissipated"},
-                      {"contacts detected late", recorded_text(late, 1, 9, "")}});
+  std::vector<page::Property> facts = {
+      {"largest overlap", recorded_text(overlap, 1e3, 3, " mm")},
+      {"energy error", recorded_text(rise, 1, 3, " J") + ", compared with " +
+                           recorded_text(turned, 1, 3, " J") + " dissipated"},
+      {"contacts detected late", recorded_text(late, 1, 9, "")}};
+  if (recording.contains("/diagnostics/unconverged_steps"))
+    facts.push_back({"steps without convergence of joints",
+                     recorded_text(joint_convergence(recording).unconverged, 1, 9, "")});
+  content.properties(facts);
 }
 
 void case_section(const Recording& recording, const Case& c, page::Page& page) {

@@ -202,12 +202,14 @@ std::vector<page::Figure> energy_figures(const Recording& recording) {
     draw({{"free_bodies_kinetic", "kinetic"},
           {"free_bodies_gravitational", "gravitational"},
           {"free_bodies_elastic", "springs of joints"},
+          {"boundary_contacts_elastic", "elastic where parts touch"},
           {"dissipated_joint_friction", "lost by friction of joints"},
           {"dissipated_joint_damping", "lost by dampers and limits"},
           {"dissipated_boundary_contacts", "lost where parts touch"},
           {"free_bodies_work", "work done on them"}},
          "energy of free bodies",
-         "Of the machine's moving parts. Losses and work count from the start.");
+         "Of the machine's moving parts. Losses and work count from the start. The sum of all less "
+         "the work is constant.");
   return figures;
 }
 

@@ -90,6 +90,44 @@ TEST(RunCommand, NamesTheLikelyCauseOfDeepOverlapsAtItsEnd) {
   EXPECT_EQ(nlohmann::json::parse(good.out)["diagnostics"]["warning"], "");
 }
 
+// A motor turns a link slowly against a pin with more and more friction.
+TEST(RunCommand, WarnsOfJointsThatDoNotConvergeAtItsEnd) {
+  const Folder folder;
+  folder.write("case.toml", std::string(two_boxes) + R"(
+[[motion_frames]]
+name = "link"
+position = "0 0 0.5 m"
+[motion_frames.free]
+mass = "0.3 kg"
+center = "0.1 0 0.5 m"
+inertia = "1e-3 1e-3 1e-3 kg m^2"
+joints = [{ kind = "rotation", direction = [0, 1, 0], motors = [{ speed = "1e-3 rad/s" }] }]
+[[couplings]]
+name = "pin"
+kind = "ball"
+between = ["world", "link"]
+position = "0 0 0.5 m"
+direction = [0, 1, 0]
+friction = "1 N m"
+)");
+  const auto run = [&](const std::string& friction) {
+    return folder.firn({"run", "case.toml", "-o", "a.h5", "--quiet", "--json", "--set",
+                        "case.duration=\"4 ms\"", "--set",
+                        "couplings.pin.friction=\"" + friction + "\""});
+  };
+  const Outcome good = run("1 N m");
+  EXPECT_EQ(good.status, 0) << good.err;
+  EXPECT_EQ(good.err, "");
+  EXPECT_EQ(json::parse(good.out)["diagnostics"]["unconverged_steps"], 0);
+  const Outcome bad = run("10000 N m");
+  EXPECT_EQ(bad.status, 0) << bad.err;
+  EXPECT_EQ(lines(bad.err), 1U) << bad.err;
+  EXPECT_THAT(bad.err, HasSubstr("did not converge in "));
+  const json result = json::parse(bad.out);
+  EXPECT_EQ(result["diagnostics"]["unconverged_steps"], result["steps"]);
+  EXPECT_THAT(std::string(result["diagnostics"]["warning"]), HasSubstr("likely cause: a motor"));
+}
+
 TEST(RunCommand, EarlierResultsAreKept) {
   const Folder folder;
   folder.write("case.toml", two_boxes);

@@ -1,10 +1,15 @@
-// What spoils the contacts of a run: rounding, stiffness or time step.
+// What spoils a run: rounding, stiffness or time step, energies that do not balance, joints that do
+// not converge.
 #include "experiments/inspection/run_diagnostics.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <random>
+
+#include "experiments/case_reader/read_case.h"
+#include "tests/support/replaced.h"
+#include "tests/support/results_folder.h"
 
 namespace firn {
 namespace {
@@ -139,6 +144,91 @@ TEST(EnergyAccount, GainsStandOut) {
   EXPECT_EQ(energy_warning({0.1, 125}), "");
   EXPECT_EQ(energy_warning({0, 0}), "");
   EXPECT_EQ(energy_warning({1e-12, 1e-12}), "");  // rounding
+}
+
+TEST(FreeBodyBalance, ChangesStandOut) {
+  EXPECT_THAT(free_body_warning({0.045, 1.5}),
+              HasSubstr("energy balance of free bodies changes by 0.045 J, 3 % of the 1.5 J"));
+  EXPECT_EQ(free_body_warning({0.029, 1.5}), "");
+  EXPECT_EQ(free_body_warning({0, 0}), "");
+  EXPECT_EQ(free_body_warning({1e-12, 1e-12}), "");  // rounding
+}
+
+// A mass of 10 g that swings on a spring at 10 000 rad/s, and a cube that nothing touches.
+constexpr const char* kOscillator = R"(
+[case]
+duration = "50 ms"
+timestep = "0.01 ms"
+gravity = "0 0 0 m/s^2"
+[numerics]
+allow_unstable_timestep = true
+[materials.ice]
+density = "917 kg/m^3"
+young_modulus = "1 MPa"
+[interactions.ice-ice]
+static_friction = 0.1
+restitution = 0.3
+[shapes.cube]
+kind = "box"
+size = "20 20 20 mm"
+material = "ice"
+[[particles]]
+shape = "cube"
+position = "0 0 500 mm"
+[[boundaries]]
+name = "floor"
+kind = "plane"
+material = "ice"
+normal = [0, 0, 1]
+[[motion_frames]]
+name = "slide"
+[motion_frames.free]
+mass = "10 g"
+center = "0 0 0 m"
+inertia = "1e-6 1e-6 1e-6 kg m^2"
+[[motion_frames.free.joints]]
+kind = "translation"
+direction = [1, 0, 0]
+stiffness = "1e6 N/m"
+spring_reference = "1 mm"
+[output]
+frame_interval = "1 ms"
+)";
+
+using RunWarnings = ResultsFolder;
+
+TEST_F(RunWarnings, AreThereWhereEnergiesOfFreeBodiesDoNotBalance) {
+  // The energy of a spring changes by the fraction (w dt)^2 / 4 within a period.
+  const auto run_with = [&](const std::string& timestep) {
+    const Case c = read_case_text(test::replaced(kOscillator, "0.01 ms", timestep), "c.toml", ".");
+    EXPECT_EQ(run(c, options("swing.h5")).status, RunStatus::finished);
+    return c;
+  };
+  const Case fine = run_with("0.01 ms");
+  {
+    const Recording recording(path("swing.h5"));
+    const FreeBodyBalance balance = free_body_balance(recording).value();
+    EXPECT_GT(balance.turned_over, 0.4);
+    EXPECT_GT(balance.change, 5e-4 * balance.turned_over);
+    EXPECT_TRUE(run_warnings(recording, fine).empty());
+    EXPECT_EQ(joint_convergence(recording).steps, 5000);
+    EXPECT_EQ(joint_convergence(recording).unconverged, 0);
+  }
+  const Case coarse = run_with("0.1 ms");
+  const Recording recording(path("swing.h5"));
+  const std::vector<RunWarning> warnings = run_warnings(recording, coarse);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(warnings[0].subject, "energy of free bodies");
+  EXPECT_THAT(warnings[0].text, HasSubstr("energy balance of free bodies changes by 0."));
+  EXPECT_THAT(warnings[0].text, HasSubstr("a smaller time step"));
+}
+
+TEST(JointConvergence, StepsWithoutItStandOut) {
+  EXPECT_EQ(convergence_warning({0, 5000}), "");
+  const std::string warning = convergence_warning({12, 5000});
+  EXPECT_THAT(warning, HasSubstr("did not converge in 12 of 5000 steps"));
+  EXPECT_THAT(warning, HasSubstr("likely cause: a motor"));
+  EXPECT_EQ(warning.find('\n'), std::string::npos);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "experiments/case_reader/read_case.h"
+#include "experiments/inspection/run_diagnostics.h"
 #include "experiments/responses/curve_responses.h"
 #include "experiments/responses/load_responses.h"
 #include "experiments/results/results_file.h"
@@ -235,6 +236,11 @@ TEST_F(CouplingCase, EnergiesOfItsPartsBalance) {
               1e-12);
   EXPECT_GT(work, friction);
   for (const double value : sum) EXPECT_NEAR(value, sum[0], 1e-3 * work);
+  const FreeBodyBalance balance = free_body_balance(recording).value();
+  const auto [low, high] = std::ranges::minmax(sum);
+  EXPECT_NEAR(balance.change, high - low, 1e-12);
+  EXPECT_GE(balance.turned_over, work);
+  EXPECT_EQ(free_body_warning(balance), "");
 }
 
 TEST(CouplingReader, RefusesFrictionThatHasNoUse) {

@@ -174,6 +174,61 @@ TEST_F(RunPage, ShowsHowFarWhatTurnsHasTurned) {
   EXPECT_EQ(figures[0].alt, "angle within one turn against time: wheel at most 54 deg");
 }
 
+// A ram that a motor presses onto an anvil, next to the fall.
+constexpr const char* kRamOnAnvil = R"(
+[[motion_frames]]
+name = "slide"
+position = "-1 0 0.5 m"
+[motion_frames.free]
+mass = "0.5 kg"
+center = "-1 0 0.5 m"
+inertia = "1e-3 1e-3 1e-3 kg m^2"
+[[motion_frames.free.joints]]
+kind = "translation"
+direction = [0, 0, 1]
+stiffness = "100 N/m"
+damping = "20 N s/m"
+friction = "0.5 N"
+motors = [{ speed = "-0.5 m/s", max_load = "5 N" }]
+[[boundaries]]
+name = "ram"
+kind = "box"
+material = "ice"
+size = "0.1 0.1 0.1 m"
+position = "-1 0 0.5 m"
+motion_frame = "slide"
+[[boundaries]]
+name = "anvil"
+kind = "box"
+material = "ice"
+size = "0.2 0.2 0.1 m"
+position = "-1 0 0.398 m"
+[[boundary_contacts]]
+between = ["ram", "anvil"]
+stiffness = "1e5 N/m"
+static_friction = 0.2
+restitution = 0.5
+)";
+
+TEST_F(RunPage, ShowsAllTermsOfTheBalanceOfFreeBodies) {
+  RunOptions options;
+  options.results_file = folder_ / "ram.h5";
+  const std::string text = test::replaced(kFall, "duration = \"0.6 s\"", "duration = \"0.2 s\"");
+  const RunSummary summary = run(read_case_text(text + kRamOnAnvil, "ram.toml", "."), options);
+  ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
+  const std::string alt = energy_figures(Recording(options.results_file)).back().alt;
+  expect_in(alt, "energy of free bodies against time: kinetic at most ");
+  expect_in(alt, "elastic where parts touch at most ");
+  std::size_t curves = 0;
+  const std::string word = " at most ";
+  for (std::size_t at = 0; (at = alt.find(word, at)) != std::string::npos; at += word.size())
+    ++curves;
+  EXPECT_EQ(curves, energy_terms(FreeBodyEnergy{}).size()) << alt;
+  const std::string html = run_page(options.results_file).html();
+  expect_in(html, "<dt>steps without convergence of joints</dt><dd>0</dd>");
+  EXPECT_EQ(html.find("energy balance of free bodies"), html.npos);  // no warning
+}
+
 TEST(RunPlots, DrawingKeepsPeaks) {
   std::vector<double> x, y;
   for (int i = 0; i < 100'000; ++i) {
