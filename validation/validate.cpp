@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -22,10 +23,10 @@ namespace {
 namespace fs = std::filesystem;
 using Purpose = RunGroup::Purpose;
 
-// Overrides of some runs, and "FILE:LINE: KEY" where the suite states them.
+// Overrides of some runs, and where the suite states them.
 struct StatedOverrides {
   std::vector<Override> set;
-  std::string place;
+  std::vector<ValuePlace> places;  // [set]
 };
 
 // Returns make(overrides), which reads the case of the experiment. Errors in values that the
@@ -36,10 +37,10 @@ auto with_overrides(const SuiteExperiment& experiment, const ParameterSet& set, 
   std::vector<Override> all = {{"case.seed", std::to_string(seed)}};
   for (const std::vector<Override>* values : {&experiment.set, &set.set, &more.set})
     all.insert(all.end(), values->begin(), values->end());
-  const auto place_of = [&](const Override& o) -> std::string {
-    if (std::ranges::count(more.set, o) > 0) return more.place;
-    if (std::ranges::count(set.set, o) > 0) return set.place;
-    return std::ranges::count(experiment.set, o) > 0 ? experiment.place : "";
+  const auto place_of = [&](const Override& o) -> OverridePlace {
+    if (std::ranges::count(more.set, o) > 0) return place_among(more.set, more.places, o);
+    if (std::ranges::count(set.set, o) > 0) return place_among(set.set, set.set_places, o);
+    return place_among(experiment.set, experiment.set_places, o);
   };
   return with_override_places(experiment.case_file, all, place_of, [&] { return make(all); });
 }
@@ -97,8 +98,8 @@ class Runner {
   }
 
   void add(std::size_t experiment, std::size_t set, Purpose purpose, double setting,
-           std::vector<std::uint64_t> seeds, std::size_t variant = 0) {
-    groups_.push_back({experiment, set, purpose, setting, std::move(seeds), {}, {}, variant});
+           std::vector<std::uint64_t> seeds, std::size_t number = 0) {
+    groups_.push_back({experiment, set, purpose, setting, std::move(seeds), {}, {}, number});
   }
 
   void plan(std::size_t e, std::size_t p) {
@@ -134,11 +135,13 @@ class Runner {
                         suite_.source, experiment.name, refine.material));
       base_modulus_[e] = found->young_modulus;
     }
-    for (const double factor : refine.timesteps)
-      add(e, p, Purpose::timestep, base.model.timestep * factor, refine.seeds);
-    std::vector<double> moduli = refine.stiffness;
-    std::ranges::sort(moduli);
-    for (const double modulus : moduli) add(e, p, Purpose::stiffness, modulus, refine.seeds);
+    for (std::size_t k = 0; k < refine.timesteps.size(); ++k)
+      add(e, p, Purpose::timestep, base.model.timestep * refine.timesteps[k], refine.seeds, k);
+    std::vector<std::size_t> ascending(refine.stiffness.size());
+    std::iota(ascending.begin(), ascending.end(), std::size_t{0});
+    std::ranges::sort(ascending, {}, [&](std::size_t k) { return refine.stiffness[k]; });
+    for (const std::size_t k : ascending)
+      add(e, p, Purpose::stiffness, refine.stiffness[k], refine.seeds, k);
     for (std::size_t k = 0; k < experiment.variants.size(); ++k)
       add(e, p, Purpose::variant, 0, experiment.variants[k].seeds, k);
   }
@@ -182,14 +185,15 @@ class Runner {
     const SuiteExperiment& experiment = suite_.experiments[group.experiment];
     const Refinement& refine = experiment.refine;
     if (group.purpose == Purpose::timestep)
-      return {{{"case.timestep", fmt::format("\"{} s\"", group.setting)}}, refine.place};
+      return {{{"case.timestep", fmt::format("\"{} s\"", group.setting)}},
+              {refine.timestep_places.at(group.number)}};
     if (group.purpose == Purpose::stiffness)
       return {{{fmt::format("materials.{}.young_modulus", refine.material),
                 fmt::format("\"{} Pa\"", group.setting)}},
-              refine.place};
+              {refine.stiffness_places.at(group.number)}};
     if (group.purpose == Purpose::variant) {
-      const Variant& variant = experiment.variants[group.variant];
-      return {variant.set, variant.place};
+      const Variant& variant = experiment.variants[group.number];
+      return {variant.set, variant.set_places};
     }
     return {};
   }
@@ -239,7 +243,7 @@ class Runner {
       }
       if (group.purpose == Purpose::stiffness) e.stiffness.push_back(&group);
       if (group.purpose == Purpose::variant)
-        e.variants.push_back({&suite_.experiments[experiment].variants[group.variant], &group});
+        e.variants.push_back({&suite_.experiments[experiment].variants[group.number], &group});
       if (group.purpose == Purpose::base && group.parameter_set == first_set(experiment))
         e.numerics_base = &group;
       if (group.parameter_set != set) continue;

@@ -148,7 +148,7 @@ Document::ExperimentRow experiment_of(const Validation& v, std::size_t e) {
       d.runs.push_back({group.keys[i], v.suite.parameter_sets[group.parameter_set].name,
                         to_string(group.purpose), group.setting,
                         group.purpose == RunGroup::Purpose::variant
-                            ? experiment.variants[group.variant].name
+                            ? experiment.variants[group.number].name
                             : "",
                         group.seeds[i], to_string(r.status), r.reason, r.wall, r.results_file});
     }

@@ -3,19 +3,34 @@
 
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "experiments/case/case.h"
+#include "experiments/system/value_place.h"
 #include "experiments/text/toml_document.h"
 
 namespace firn {
 
-// "FILE:LINE: KEY" where a file states an override; empty: it does not state the override.
-using OverridePlaces = std::function<std::string(const Override&)>;
+// Where a file states the path and the value of an override. Empty: it does not state the override.
+struct OverridePlace {
+  OverridePlace() = default;
+  // The same place of both: "FILE:LINE: KEY".
+  OverridePlace(const std::string& both) : path{both, {}}, value{both, {}} {}
+  OverridePlace(ValuePlace of_path, ValuePlace of_value)
+      : path(std::move(of_path)), value(std::move(of_value)) {}
+
+  ValuePlace path, value;
+};
+using OverridePlaces = std::function<OverridePlace(const Override&)>;
+
+// Where `places` [set] state one of the overrides `set`; empty: it is not among them.
+OverridePlace place_among(const std::vector<Override>& set, const std::vector<ValuePlace>& places,
+                          const Override& o);
 
 // Throws InputError `PLACE: the case CASE_FILE has no key "KEY"; ADVICE`, or for a value that the
-// case refuses `PLACE: the case CASE_FILE does not take "KEY" = VALUE: PROBLEM`. Throws `error` if
-// it has no place.
+// case refuses `PLACE: the case CASE_FILE does not take "KEY" = VALUE: PROBLEM`. PLACE is that of
+// what is wrong: the path, the value or a part of the value. Throws `error` if it has no place.
 [[noreturn]] void throw_with_place(const OverrideError& error, const std::string& case_file,
                                    const std::vector<Override>& overrides,
                                    const OverridePlaces& places);

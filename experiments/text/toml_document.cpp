@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <filesystem>
 #include <functional>
@@ -139,19 +138,6 @@ std::string unique_name(const toml::array& array, std::size_t index) {
   const auto same =
       std::ranges::count_if(array, [&](const toml::node& other) { return name_of(other) == name; });
   return same == 1 ? name : std::string();
-}
-
-// A key as it stands in a dotted path: in quotes where TOML needs them.
-std::string path_key(const std::string& key) {
-  const bool bare = std::ranges::all_of(
-      key, [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-'; });
-  if (bare) return key;
-  std::string text = "\"";
-  for (const char c : key) {
-    if (c == '"' || c == '\\') text += '\\';
-    text += c;
-  }
-  return text + '"';
 }
 
 // Joins `base` below what `top` says. Nodes are moved: copies would lose their place.
@@ -399,10 +385,13 @@ void TomlDocument::fail(const std::string& path, unsigned line, const std::strin
                         const std::string& advice) const {
   // An override accounts for its own value. Where none does, one accounts for tables that exist
   // only because of it.
-  const std::string *own = nullptr, *made = nullptr;
+  const std::string *own = nullptr, *own_path = nullptr, *made = nullptr;
   const std::string table = path.substr(0, path.rfind('.'));
   for (const auto& [set_path, label] : set_by_) {
-    if (path == set_path || path.starts_with(set_path + ".")) own = &label;
+    if (path == set_path || path.starts_with(set_path + ".")) {
+      own = &label;
+      own_path = &set_path;
+    }
     const bool made_table =
         (line == 0 && (set_path.starts_with(path + ".") || set_path.starts_with(table + "."))) ||
         (set_path.starts_with(path + ".") && has_no_line(root_, path));
@@ -410,7 +399,13 @@ void TomlDocument::fail(const std::string& path, unsigned line, const std::strin
   }
   const std::string* by = own != nullptr ? own : made;
   const std::string problem = fmt::format("{}: {}", path.empty() ? "case" : named(path), message);
-  if (by != nullptr) throw OverrideError(*by, problem, advice);
+  if (by != nullptr) {
+    OverrideError error(*by, problem, advice);
+    const bool is_part = own != nullptr && path != *own_path;
+    error.of_value = is_part || (own != nullptr && advice.empty());
+    if (is_part) error.value_part = path.substr(own_path->size() + 1);
+    throw error;
+  }
   throw InputError(
       fmt::format("{}:{}: {}", source_of(path), std::max(line, 1u), with_advice(problem, advice)));
 }
@@ -427,7 +422,9 @@ void TomlDocument::set(const std::string& path, const std::string& value,
     throw OverrideError(label, fmt::format("{}: {}", named(where), why), advice);
   };
   const auto refuse_text = [&](unsigned, const std::string& problem) {
-    throw OverrideError(label, problem);
+    OverrideError error(label, problem);
+    error.of_value = true;
+    throw error;
   };
   toml::node* node = &root_;
   std::string canonical;

@@ -18,6 +18,7 @@
 #include <utility>
 #include <vector>
 
+#include "experiments/system/value_place.h"
 #include "experiments/text/toml_aliases.h"
 #include "experiments/text/units.h"
 
@@ -27,9 +28,11 @@ namespace firn {
 struct OverrideError : InputError {
   OverrideError(std::string by, std::string what_is_wrong, std::string what_to_write = "");
 
-  std::string label;    // of the override: override_label(), or the name of another source
-  std::string problem;  // "PATH: MESSAGE"
-  std::string advice;   // for a key that the file lacks: which ones there are; else empty
+  std::string label;       // of the override: override_label(), or the name of another source
+  std::string problem;     // "PATH: MESSAGE"
+  std::string advice;      // for a key that the file lacks: which ones there are; else empty
+  bool of_value = false;   // true: the value is wrong; false: the path
+  std::string value_part;  // path of the wrong part in the value; empty: the whole value
 };
 
 // "--set PATH=VALUE"
@@ -115,6 +118,8 @@ class TomlTable {
   bool has(std::string_view key) const;
   bool is_list(std::string_view key) const;
   bool is_table(std::string_view key) const;
+  // A table with a header or of dotted keys, in contrast to an inline table.
+  bool is_block_table(std::string_view key) const;
   std::vector<std::string> keys() const;  // sorted
   const std::string& path() const { return path_; }
   TomlDocument& document() const { return *document_; }
@@ -167,9 +172,18 @@ class TomlTable {
 
   // "FILE:LINE: KEY" of this key, or of the table without one: prefix of messages.
   std::string place(std::string_view key = {}) const;
+  // Where the file states the value of `key` and its parts. Messages name it `name`; empty: by its
+  // path.
+  ValuePlace value_place(std::string_view key, std::string name = {}) const;
+  // The same for each element of a list; for a value that is no list, its own. Empty when missing.
+  // Messages name the key.
+  std::vector<ValuePlace> element_places(std::string_view key) const;
   // Throws InputError for this key; empty: for the table.
   [[noreturn]] void fail(std::string_view key, const std::string& message,
                          const std::string& advice = "") const;
+  // The same with the line of an element of the list `key`.
+  [[noreturn]] void fail_element(std::string_view key, std::size_t element,
+                                 const std::string& message) const;
   // Returns make(). Adds file, line and key to an InputError that it throws.
   template <class F>
   auto at(std::string_view key, F make) const {
@@ -177,6 +191,15 @@ class TomlTable {
       return make();
     } catch (const InputError& error) {
       fail(key, error.what());
+    }
+  }
+  // The same with the line of an element of the list `key`.
+  template <class F>
+  auto at_element(std::string_view key, std::size_t element, F make) const {
+    try {
+      return make();
+    } catch (const InputError& error) {
+      fail_element(key, element, error.what());
     }
   }
 

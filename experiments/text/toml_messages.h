@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <string>
@@ -16,6 +18,19 @@ inline std::string join_path(std::string_view path, std::string_view key) {
   if (path.empty()) return std::string(key);
   if (key.empty()) return std::string(path);
   return fmt::format("{}.{}", path, key);
+}
+
+// A key as a dotted path states it: in quotes where TOML requires them.
+inline std::string path_key(const std::string& key) {
+  const bool is_bare = std::ranges::all_of(
+      key, [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-'; });
+  if (is_bare) return key;
+  std::string text = "\"";
+  for (const char c : key) {
+    if (c == '"' || c == '\\') text += '\\';
+    text += c;
+  }
+  return text + '"';
 }
 
 inline unsigned line_of(const toml::node& node) { return node.source().begin.line; }

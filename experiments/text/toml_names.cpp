@@ -74,12 +74,33 @@ std::vector<std::string> current_responses(const TomlTable& table, std::string_v
   return texts;
 }
 
-std::vector<std::pair<std::string, std::string>> read_case_overrides(const TomlTable& table) {
+namespace {
+
+// Calls see(values, key, path) for each value below a table `set`. `above`: path of `values`.
+template <class See>
+void visit_overrides(const TomlTable& values, const std::string& above, const See& see) {
+  for (const std::string& key : values.keys()) {
+    // Keys of `set` itself are paths.
+    const std::string path = above.empty() ? key : above + "." + toml_text::path_key(key);
+    if (values.is_block_table(key))
+      visit_overrides(values.required_table(key), path, see);
+    else
+      see(values, key, path);
+  }
+}
+
+}  // namespace
+
+std::vector<std::pair<std::string, std::string>> read_case_overrides(
+    const TomlTable& table, std::vector<ValuePlace>* places) {
   std::vector<std::pair<std::string, std::string>> set;
   if (!table.has("set")) return set;
-  const TomlTable values = table.required_table("set");
-  for (const std::string& key : values.keys())
-    set.emplace_back(current_case_key(table, "set", key), values.value_text(key));
+  const std::string name = table.document().named(toml_text::join_path(table.path(), "set"));
+  visit_overrides(table.required_table("set"), "",
+                  [&](const TomlTable& values, const std::string& key, const std::string& path) {
+                    set.emplace_back(current_case_key(table, "set", path), values.value_text(key));
+                    if (places != nullptr) places->push_back(values.value_place(key, name));
+                  });
   return set;
 }
 

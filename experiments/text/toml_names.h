@@ -32,8 +32,11 @@ std::string current_response(const TomlTable& table, std::string_view key, const
 std::vector<std::string> current_responses(const TomlTable& table, std::string_view key);
 
 // The table `set`: paths into a case with current names, and values as TOML text, in the form that
-// TomlDocument::apply() accepts. Empty when it is missing.
-std::vector<std::pair<std::string, std::string>> read_case_overrides(const TomlTable& table);
+// TomlDocument::apply() accepts. Empty when it is missing. A table in it with a header or of dotted
+// keys continues the path; an inline table is a value. Fills `places` if not null: [overrides]
+// where each is stated.
+std::vector<std::pair<std::string, std::string>> read_case_overrides(
+    const TomlTable& table, std::vector<ValuePlace>* places = nullptr);
 
 // The key `name` of a table, which becomes a component of a path. Throws if it is empty, `.` or
 // `..`, has a slash or a leading `-`, or is longer than 200 bytes.

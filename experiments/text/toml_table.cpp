@@ -13,6 +13,27 @@ namespace firn {
 
 using namespace toml_text;
 
+namespace {
+
+// Adds the places of the parts of a value that are not on its line. `path`: of the value.
+template <class PlaceOf>
+void add_part_places(const toml::node& value, const std::string& path, const PlaceOf& place_of,
+                     std::map<std::string, std::string>& places) {
+  const auto add = [&](std::string_view key, const toml::node& part) {
+    const std::string inside = join_path(path, key);
+    const bool has_line = line_of(part) > 0 && line_of(part) != line_of(value);
+    if (has_line) places.emplace(inside, place_of(part));
+    add_part_places(part, inside, place_of, places);
+  };
+  if (const toml::table* table = value.as_table()) {
+    for (const auto& [key, part] : *table) add(key.str(), part);
+  } else if (const toml::array* array = value.as_array()) {
+    for (std::size_t i = 0; i < array->size(); ++i) add(std::to_string(i), (*array)[i]);
+  }
+}
+
+}  // namespace
+
 TomlTable::TomlTable(TomlDocument& document, toml::table& table, std::string path, unsigned line)
     : document_(&document), table_(&table), path_(std::move(path)), line_(line) {}
 
@@ -44,6 +65,12 @@ bool TomlTable::is_table(std::string_view key) const {
   return node != nullptr && node->is_table();
 }
 
+bool TomlTable::is_block_table(std::string_view key) const {
+  const toml::node* node = table_->get(key);
+  const toml::table* table = node == nullptr ? nullptr : node->as_table();
+  return table != nullptr && !table->is_inline();
+}
+
 std::vector<std::string> TomlTable::keys() const {
   std::vector<std::string> names;
   for (const auto& [key, value] : *table_) names.emplace_back(key.str());
@@ -62,10 +89,55 @@ void TomlTable::fail(std::string_view key, const std::string& message,
   document_->fail(path_of(key), line_of_key(key), message, advice);
 }
 
+void TomlTable::fail_element(std::string_view key, std::size_t element,
+                             const std::string& message) const {
+  const toml::node* node = table_->get(key);
+  const toml::array* array = node == nullptr ? nullptr : node->as_array();
+  const toml::node* at = array == nullptr ? nullptr : array->get(element);
+  const bool has_line = at != nullptr && line_of(*at) > 0;
+  try {
+    document_->fail(path_of(key), has_line ? line_of(*at) : line_of_key(key), message);
+  } catch (OverrideError& error) {
+    if (error.of_value) error.value_part = join_path(error.value_part, std::to_string(element));
+    throw;
+  }
+}
+
 std::string TomlTable::place(std::string_view key) const {
   const std::string path = path_of(key);
   return fmt::format("{}:{}: {}", document_->source_of(path), std::max(line_of_key(key), 1u),
                      document_->named(path));
+}
+
+ValuePlace TomlTable::value_place(std::string_view key, std::string name) const {
+  const std::string path = path_of(key), file = document_->source_of(path);
+  if (name.empty()) name = document_->named(path);
+  const auto place_of = [&](const toml::node& node) {
+    return fmt::format("{}:{}: {}", file, line_of(node), name);
+  };
+  ValuePlace place{fmt::format("{}:{}: {}", file, std::max(line_of_key(key), 1u), name), {}};
+  if (const toml::node* node = table_->get(key)) add_part_places(*node, "", place_of, place.parts);
+  return place;
+}
+
+std::vector<ValuePlace> TomlTable::element_places(std::string_view key) const {
+  const toml::node* node = table_->get(key);
+  if (node == nullptr) return {};
+  const toml::array* array = node->as_array();
+  if (array == nullptr) return {value_place(key)};
+  const std::string path = path_of(key), file = document_->source_of(path),
+                    name = document_->named(path);
+  const auto place_of = [&](const toml::node& at) {
+    const unsigned line = line_of(at) > 0 ? line_of(at) : line_of_key(key);
+    return fmt::format("{}:{}: {}", file, std::max(line, 1u), name);
+  };
+  std::vector<ValuePlace> places;
+  places.reserve(array->size());
+  for (const toml::node& element : *array) {
+    ValuePlace& place = places.emplace_back(ValuePlace{place_of(element), {}});
+    add_part_places(element, "", place_of, place.parts);
+  }
+  return places;
 }
 
 const toml::node& TomlTable::require(std::string_view key) const {
@@ -194,7 +266,8 @@ double TomlTable::quantity(std::string_view key, const Dimension& dimension, Sig
 std::vector<double> TomlTable::quantities(std::string_view key, const Dimension& dimension) const {
   std::vector<double> values;
   for (const std::string& one : strings(key))
-    values.push_back(at(key, [&] { return parse_quantity(one, dimension); }));
+    values.push_back(
+        at_element(key, values.size(), [&] { return parse_quantity(one, dimension); }));
   if (values.empty())
     fail(key, fmt::format("is missing; expected a list of {}", example(dimension)));
   return values;
@@ -233,7 +306,8 @@ std::vector<double> TomlTable::numbers(std::string_view key, std::size_t count,
   for (const toml::node& element : *array) {
     const auto d = element.is_number() ? element.value<double>() : std::nullopt;
     if (!d || !std::isfinite(*d)) {
-      fail(key, fmt::format("holds {}; expected {}", describe(element), wanted));
+      fail_element(key, values.size(),
+                   fmt::format("holds {}; expected {}", describe(element), wanted));
     }
     values.push_back(*d);
   }
@@ -258,7 +332,8 @@ std::vector<int> TomlTable::integers(std::string_view key) const {
   for (const toml::node& element : *array) {
     const auto i = element.value_exact<std::int64_t>();
     if (!i || *i != static_cast<int>(*i))
-      fail(key, fmt::format("holds {}; expected {}", describe(element), kWanted));
+      fail_element(key, values.size(),
+                   fmt::format("holds {}; expected {}", describe(element), kWanted));
     values.push_back(static_cast<int>(*i));
   }
   return values;
@@ -270,7 +345,7 @@ std::array<int, 3> TomlTable::counts(std::string_view key) const {
   std::array<int, 3> counts{};
   for (std::size_t i = 0; i < 3; ++i) {
     if (!(n[i] >= 1 && n[i] <= std::numeric_limits<int>::max()) || n[i] != std::floor(n[i])) {
-      fail(key, fmt::format("holds {}; expected {}", n[i], kWanted));
+      fail_element(key, i, fmt::format("holds {}; expected {}", n[i], kWanted));
     }
     counts[i] = static_cast<int>(n[i]);
   }
@@ -288,12 +363,14 @@ std::vector<std::array<int, 2>> TomlTable::integer_pairs(std::string_view key) c
   for (const toml::node& element : *list) {
     const toml::array* pair = element.as_array();
     if (!pair || pair->size() != 2)
-      fail(key, fmt::format("holds {}; expected {}", describe(element), kWanted));
+      fail_element(key, pairs.size(),
+                   fmt::format("holds {}; expected {}", describe(element), kWanted));
     std::array<int, 2>& out = pairs.emplace_back();
     for (std::size_t k = 0; k < 2; ++k) {
       const auto n = (*pair)[k].value_exact<std::int64_t>();
       if (!n || *n < 0 || *n > std::numeric_limits<int>::max())
-        fail(key, fmt::format("holds {}; expected {}", describe((*pair)[k]), kWanted));
+        fail_element(key, pairs.size() - 1,
+                     fmt::format("holds {}; expected {}", describe((*pair)[k]), kWanted));
       out[k] = static_cast<int>(*n);
     }
   }
@@ -331,7 +408,9 @@ std::vector<std::string> TomlTable::strings(std::string_view key, const std::str
   std::vector<std::string> values;
   for (const toml::node& element : *array) {
     const auto* s = element.as_string();
-    if (!s) fail(key, fmt::format("holds {}; expected {}", describe(element), wanted));
+    if (!s)
+      fail_element(key, values.size(),
+                   fmt::format("holds {}; expected {}", describe(element), wanted));
     values.push_back(s->get());
   }
   return values;

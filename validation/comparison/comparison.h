@@ -35,7 +35,8 @@ struct RunGroup {
   std::vector<std::uint64_t> seeds;
   std::vector<std::string> keys;
   std::vector<JobResult> results;
-  std::size_t variant = 0;  // of the experiment's, of groups of this purpose
+  // Of groups of these purposes: number of the factor, Young's modulus or variant in the suite.
+  std::size_t number = 0;
 
   // Of the finished runs.
   std::vector<const JobResult*> finished() const;

@@ -40,8 +40,7 @@ ParameterSet read_parameter_set(const TomlTable& t, const Suite& suite) {
   p.name = unique_table_name(t, suite.parameter_sets);
   p.note = t.string("note", "");
   p.material = t.string("material", "");
-  p.set = read_case_overrides(t);
-  p.place = t.place("set");
+  p.set = read_case_overrides(t, &p.set_places);
   p.samples = t.integer("samples", 0, 0);
   if (p.samples > 0 && p.material.empty())
     t.fail("samples",
@@ -70,7 +69,8 @@ std::vector<double> read_factors(const TomlTable& t) {
       double factor = 0;
       const auto end = text.data() + text.size();
       if (std::from_chars(text.data(), end, factor).ptr != end)
-        t.fail(key, fmt::format("has the entry {}; expected factors between 0 and 1", text));
+        t.fail_element(key, factors.size(),
+                       fmt::format("has the entry {}; expected factors between 0 and 1", text));
       factors.push_back(factor);
     }
     if (factors.empty()) t.fail(key, "is empty; expected factors, such as [0.5, 0.25]");
@@ -91,14 +91,16 @@ std::vector<double> read_factors(const TomlTable& t) {
 Refinement read_refinement(const TomlTable& t, const Seeds& seeds) {
   t.allow({"timestep", "stiffness", "material", "seeds"});
   Refinement r;
-  r.place = t.place();
   r.timesteps = read_factors(t);
+  if (!r.timesteps.empty()) r.timestep_places = t.element_places("timestep");
   if (t.has("stiffness")) {
     r.stiffness = t.quantities("stiffness", dimension::pressure);
+    r.stiffness_places = t.element_places("stiffness");
     r.material = t.string("material");
   }
-  for (const double modulus : r.stiffness)
-    if (!(modulus > 0)) t.fail("stiffness", "is not above zero; expected Young's moduli");
+  for (std::size_t i = 0; i < r.stiffness.size(); ++i)
+    if (!(r.stiffness[i] > 0))
+      t.fail_element("stiffness", i, "is not above zero; expected Young's moduli");
   r.seeds = seed_list(seeds.first, read_seeds(t, std::min(3, seeds.count)));
   return r;
 }
@@ -107,8 +109,7 @@ Variant read_variant(const TomlTable& t, const std::vector<Variant>& others, con
   t.allow({"name", "set", "seeds", "numerics", "assumed"});
   Variant v;
   v.name = unique_table_name(t, others);
-  v.set = read_case_overrides(t);
-  v.place = t.place("set");
+  v.set = read_case_overrides(t, &v.set_places);
   if (v.set.empty())
     t.fail("set", "is missing; expected what differs, such as { \"case.timestep\" = \"5 us\" }");
   v.seeds = seed_list(seeds.first, read_seeds(t, std::min(3, seeds.count)));
@@ -133,8 +134,7 @@ SuiteExperiment read_experiment(const TomlTable& t, const Suite& suite, const Se
   if (!fs::exists(e.case_file, unreadable))
     t.fail("case", fmt::format("{} does not exist; expected a case file, relative to the suite",
                                e.case_file));
-  e.set = read_case_overrides(t);
-  e.place = t.place("set");
+  e.set = read_case_overrides(t, &e.set_places);
   Seeds seeds = of_suite;
   seeds.count = read_seeds(t, of_suite.count);
   e.seeds = seed_list(seeds.first, seeds.count);
@@ -214,8 +214,8 @@ void read_operands(const TomlTable& t, SuiteComparison& c) {
   c.responses = current_responses(t, "responses");
   if (c.responses.empty())
     t.fail("responses", "is missing; expected names of responses, such as [\"compressive_loads\"]");
-  for (const std::string& text : c.responses)
-    t.at("responses", [&] { parse_response_expression(text); });
+  for (std::size_t i = 0; i < c.responses.size(); ++i)
+    t.at_element("responses", i, [&] { parse_response_expression(c.responses[i]); });
 }
 
 // A share of the measured range.

@@ -10,6 +10,7 @@
 #include "experiments/batch/execution/execution_settings.h"
 #include "experiments/case/case.h"
 #include "experiments/measurements/measurement.h"
+#include "experiments/system/value_place.h"
 
 namespace firn {
 
@@ -19,7 +20,7 @@ struct ParameterSet {
   std::string material;       // record, "NAME[@VERSION]"; empty: none
   std::vector<Override> set;  // case keys
   int samples = 0;            // draws from the record's ensemble, for the uncertainty of the input
-  std::string place = {};     // "FILE:LINE: KEY" of `set`, for messages
+  std::vector<ValuePlace> set_places = {};  // [set] for messages
 };
 
 // Runs of the first parameter set with finer numerics, to estimate their effect on the results.
@@ -29,7 +30,7 @@ struct Refinement {
   std::vector<double> stiffness;  // Young's moduli of `material`, Pa
   std::string material;           // of the particles
   std::vector<std::uint64_t> seeds;
-  std::string place = {};  // "FILE:LINE: KEY" of the table, for messages
+  std::vector<ValuePlace> timestep_places = {}, stiffness_places = {};  // [timesteps], [stiffness]
 };
 
 // Runs of the first parameter set with other keys: a coarser mesh, another sampling rate.
@@ -42,7 +43,7 @@ struct Variant {
   // An end of the range of an assumption, such as a dimension that no source gives. It adds to the
   // input uncertainty and may change a verdict.
   bool assumed = false;
-  std::string place = {};  // "FILE:LINE: KEY" of `set`, for messages
+  std::vector<ValuePlace> set_places = {};  // [set] for messages
 };
 
 struct SuiteExperiment {
@@ -54,7 +55,7 @@ struct SuiteExperiment {
   std::vector<std::string> parameter_sets = {};  // with these only; empty: with all
   std::optional<int> samples = {};               // draws in place of those of the parameter sets
   std::vector<std::string> assumes = {};         // what is assumed without a range, in words
-  std::string place = {};                        // "FILE:LINE: KEY" of `set`, for messages
+  std::vector<ValuePlace> set_places = {};       // [set] for messages
   bool runs_with(const ParameterSet& set) const;
 };
 

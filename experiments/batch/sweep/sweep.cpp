@@ -37,11 +37,15 @@ std::vector<std::string> materials(const Sweep& sweep, std::size_t combination) 
 }
 
 // Where the sweep states an override; empty: nowhere.
-std::string place_of(const Sweep& sweep, const Override& o) {
-  for (const SweptKey& k : sweep.vary)
-    if (std::ranges::count(k.keys, o.first) > 0 && std::ranges::count(k.values, o.second) > 0)
-      return k.place;
-  return std::ranges::count(sweep.set, o) > 0 ? sweep.set_place : "";
+OverridePlace place_of(const Sweep& sweep, const Override& o) {
+  for (const SweptKey& k : sweep.vary) {
+    const auto key = std::ranges::find(k.keys, o.first);
+    const auto value = std::ranges::find(k.values, o.second);
+    if (key == k.keys.end() || value == k.values.end()) continue;
+    return {k.key_places.at(static_cast<std::size_t>(key - k.keys.begin())),
+            k.value_places.at(static_cast<std::size_t>(value - k.values.begin()))};
+  }
+  return place_among(sweep.set, sweep.set_places, o);
 }
 
 BatchRun planned_run(const Sweep& sweep, std::size_t combination, std::uint64_t seed,

@@ -9,6 +9,7 @@
 #include "experiments/analysis/power_law.h"
 #include "experiments/batch/batch_folder.h"
 #include "experiments/case/case.h"
+#include "experiments/system/value_place.h"
 
 namespace firn {
 
@@ -18,7 +19,7 @@ struct SweptKey {
   std::string name;
   std::vector<std::string> keys;
   std::vector<std::string> values;
-  std::string place = {};  // "FILE:LINE: KEY" of `keys`, for messages
+  std::vector<ValuePlace> key_places = {}, value_places = {};  // [keys], [values] for messages
 
   bool is_material() const { return keys.empty(); }
 };
@@ -33,7 +34,7 @@ struct Sweep {
   std::string source, text;
   std::string name, case_file;
   std::vector<Override> set;           // for all runs
-  std::string set_place;               // "FILE:LINE: KEY" of `set`, for messages
+  std::vector<ValuePlace> set_places;  // [set] for messages
   std::vector<std::string> materials;  // records, for all runs
   std::vector<std::string> responses;  // expressions; empty: all responses of one value
   std::vector<std::uint64_t> seeds;

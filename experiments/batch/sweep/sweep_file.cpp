@@ -1,6 +1,7 @@
 // Reading of sweep files, and the combinations that they define.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 
 #include "experiments/batch/sweep/sweep.h"
@@ -25,17 +26,19 @@ SweptKey read_key(const TomlTable& t, const Sweep& sweep) {
       if (t.has(other))
         t.fail(other, "is given with `materials`; expected either keys and values, or materials");
     k.values = t.strings("materials");
+    k.value_places = t.element_places("materials");
     if (k.values.empty()) t.fail("materials", "is empty; expected names of material records");
     return k;
   }
   for (const std::string& key : t.strings("keys"))
     k.keys.push_back(current_case_key(t, "keys", key));
-  k.place = t.place("keys");
+  k.key_places = t.element_places("keys");
   if (k.keys.empty()) t.fail("keys", "is missing; expected keys of the case");
-  for (const std::string& key : k.keys)
-    if (key == "case.seed")
-      t.fail("keys", "\"case.seed\" is the sweep's own; expected another key, or more `seeds`");
+  if (const auto seed = std::ranges::find(k.keys, "case.seed"); seed != k.keys.end())
+    t.fail_element("keys", static_cast<std::size_t>(seed - k.keys.begin()),
+                   "\"case.seed\" is the sweep's own; expected another key, or more `seeds`");
   k.values = t.value_texts("values");
+  k.value_places = t.element_places("values");
   if (k.values.empty()) t.fail("values", "is missing; expected a list of values");
   return k;
 }
@@ -115,12 +118,11 @@ Sweep read_sweep(const std::string& file) {
               "threads", "trajectories", "design_seed"});
   s.name = valid_name(head);
   s.case_file = case_path(head, file, "sweep");
-  s.set = read_case_overrides(head);
-  s.set_place = head.place("set");
+  s.set = read_case_overrides(head, &s.set_places);
   s.materials = head.strings("materials");
   s.responses = current_responses(head, "responses");
-  for (const std::string& name : s.responses)
-    head.at("responses", [&] { parse_response_expression(name); });
+  for (std::size_t i = 0; i < s.responses.size(); ++i)
+    head.at_element("responses", i, [&] { parse_response_expression(s.responses[i]); });
   const int seeds = head.integer("seeds", 1, 1), first = head.integer("first_seed", 1, 1);
   if (seeds > static_cast<int>(most_runs))
     head.fail("seeds", fmt::format("are more than {}; expected fewer", most_runs));

@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "tests/app/program.h"
 #include "tests/support/replaced.h"
@@ -198,6 +200,27 @@ materials = ["paper-text", "paper-table-1"]
   ASSERT_EQ(result["combinations"].size(), 2u);
   EXPECT_EQ(result["combinations"][1]["values"]["ice"], "paper-table-1");
   EXPECT_NE(result["runs"][0]["key"], result["runs"][1]["key"]);
+}
+
+// A key of `set` is a path, or the parts of one.
+TEST(SweepCommand, SetsKeysInEveryFormOfTheTable) {
+  const Sweep folder;
+  std::vector<std::string> keys;
+  for (const char* set :
+       {"set = { \"materials.ice.density\" = \"1800 kg/m^3\", \"case.duration\" = \"10 ms\" }\n",
+        "[sweep.set]\n\"materials.ice.density\" = \"1800 kg/m^3\"\ncase.duration = \"10 ms\"\n",
+        "set.\"materials.ice\".density = \"1800 kg/m^3\"\nset.case.duration = \"10 ms\"\n",
+        "[sweep.set.materials.ice]\ndensity = \"1800 kg/m^3\"\n"
+        "[sweep.set.case]\nduration = \"10 ms\"\n"}) {
+    folder.write("set.toml", std::string("[sweep]\nname = \"s\"\ncase = \"case.toml\"\n") + set);
+    const Outcome o = folder.firn({"sweep", "set.toml", "-o", "set" + std::to_string(keys.size()),
+                                   "--json", "--progress", "none"});
+    ASSERT_EQ(o.status, 0) << o.err;
+    const json run = json::parse(o.out)["runs"][0];
+    ASSERT_EQ(run["status"], "finished");
+    keys.push_back(run["key"].get<std::string>());
+  }
+  EXPECT_THAT(keys, testing::Each(keys.front()));
 }
 
 TEST(SweepCommand, RefusesInOneLine) {
