@@ -50,8 +50,9 @@ struct KickResult {
 // v_k: velocity of the center of mass at a unit rate; w_k: angular velocity of the body at a unit
 // rate. If the mass matrix M depends on the coordinates, the kick changes the generalized momenta
 // sum_j M_kj u_j, and drift() conserves them. Damping is integrated exactly for constant other
-// forces. Friction and motors are bounded impulses, applied one after the other. Sticking joints
-// therefore do not move, and driven joints have exactly their target speed.
+// forces. Friction and motors are bounded impulses. A sticking joint does not move, and a driven
+// joint has exactly its target speed, if one joint of the body at most has friction, motors or
+// limits; see find_mechanisms().
 KickResult integrate_free_body(const FreeBody& body, const Vec3& origin,
                                const std::vector<const Motor*>* motors, const FreeBodyState& scene,
                                double t, double dt, HalfKick half, FreeBodyMotion motion);

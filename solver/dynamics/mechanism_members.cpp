@@ -10,6 +10,15 @@
 namespace firn {
 namespace {
 
+// Impulses within bounds on one joint change the rates of the others where the inertia of the body
+// couples them, so that those of several joints are solved together.
+bool has_several_bounded_joints(const FreeBody& body) {
+  return std::ranges::count_if(body.joints, [](const Joint& j) {
+           return j.has_friction() || !j.motors.empty() || j.lower > -kUnbounded ||
+                  j.upper < kUnbounded;
+         }) > 1;
+}
+
 int ground_of(const std::vector<MotionFrame>& frames, int frame) {
   for (int free = free_frame(frames, frame); free >= 0; free = free_frame(frames, frame))
     frame = frames[static_cast<std::size_t>(free)].parent;
@@ -38,7 +47,9 @@ std::vector<MechanismMembers> find_mechanisms(const std::vector<MotionFrame>& fr
   };
   std::vector<bool> tied(frames.size(), false);
   for (std::size_t f = 0; f < frames.size(); ++f) {
-    const int above = frames[f].free ? free_frame(frames, frames[f].parent) : -1;
+    if (!frames[f].free) continue;
+    if (has_several_bounded_joints(*frames[f].free)) tied[f] = true;
+    const int above = free_frame(frames, frames[f].parent);
     if (above < 0) continue;
     tie(static_cast<int>(f), above);
     tied[f] = tied[static_cast<std::size_t>(above)] = true;

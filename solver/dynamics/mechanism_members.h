@@ -14,9 +14,9 @@ struct MechanismMembers {
   int ground = -1;  // prescribed frame to which all of them are attached; -1: the world
 };
 
-// Members of all mechanisms. A single free frame belongs to none. Throws InputError, naming frame
-// or coupling, when parts of a mechanism stand on different grounds, or a coupling ties no two
-// bodies.
+// Members of all mechanisms. A single free frame is one if several of its joints have friction,
+// motors or limits, else it belongs to none. Throws InputError, naming frame or coupling, when
+// parts of a mechanism stand on different grounds, or a coupling ties no two bodies.
 std::vector<MechanismMembers> find_mechanisms(const std::vector<MotionFrame>& frames,
                                               const std::vector<Coupling>& couplings);
 

@@ -179,6 +179,94 @@ double force_of_both_ends(const Vec3& axis, double length, const JointLoad& load
   return ends.head<2>().norm() + ends.tail<2>().norm();
 }
 
+// The joints of a body whose center of mass is beside its hinge: a force along one accelerates the
+// others, too.
+std::vector<Joint> joints_in_order(std::vector<Joint> joints,
+                                   const std::vector<std::size_t>& order) {
+  std::vector<Joint> out;
+  for (const std::size_t k : order) out.push_back(std::move(joints[k]));
+  return out;
+}
+MotionFrame body_beside_its_hinge(std::vector<Joint> joints) {
+  return free_frame(0.5, Vec3(0.08, 0, -0.06), Mat3(Vec3(8e-4, 1e-3, 6e-4).asDiagonal()),
+                    std::move(joints));
+}
+
+TEST(FreeBody, FrictionHoldsSeveralJointsAtOnce) {
+  Joint slide = slider(Vec3::UnitX()), turn = hinge(Vec3::UnitY());
+  slide.friction = 4;
+  turn.friction = 0.5;  // more than the weight of 0.5 kg on an arm of 0.08 m
+  for (const bool slide_first : {true, false}) {
+    Solver solver(scene(body_beside_its_hinge(
+        joints_in_order({slide, turn}, slide_first ? std::vector<std::size_t>{0, 1}
+                                                   : std::vector<std::size_t>{1, 0}))));
+    for (int k = 0; k < 500; ++k) solver.step();
+    for (const std::size_t k : {std::size_t{0}, std::size_t{1}}) {
+      EXPECT_EQ(coordinate(solver, k), 0);
+      EXPECT_EQ(rate(solver, k), 0);
+    }
+  }
+}
+
+TEST(FreeBody, SeveralLimitsHoldAtOnce) {
+  Joint across = slider(Vec3::UnitX()), turn = hinge(-Vec3::UnitY());
+  across.lower = -1e-3;
+  across.upper = 2e-3;
+  turn.lower = -0.1;
+  turn.upper = 0.2;
+  MotionFrame frame = body_beside_its_hinge({across, turn});
+  Solver solver(scene(frame));
+  for (int k = 0; k < 5000; ++k) {
+    solver.step();
+    for (const std::size_t j : {std::size_t{0}, std::size_t{1}}) {
+      const Joint& joint = frame.free->joints[j];
+      ASSERT_GE(coordinate(solver, j), joint.lower - 1e-15) << k;
+      ASSERT_LE(coordinate(solver, j), joint.upper + 1e-15) << k;
+    }
+  }
+  // At rest on the limit of the hinge. The impulses of the limits balance gravity.
+  EXPECT_EQ(coordinate(solver, 1), turn.lower);
+  EXPECT_NEAR(rate(solver, 0), 0, 1e-12);
+  EXPECT_NEAR(rate(solver, 1), 0, 1e-12);
+}
+
+// Seeded bodies with a hinge and two slides whose friction, motors and limits are drawn.
+TEST(FreeBody, TheOrderOfItsJointsDoesNotMatter) {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> unit(0, 1);
+  const std::vector<std::vector<std::size_t>> orders = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
+                                                        {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+  for (int member = 0; member < 40; ++member) {
+    std::vector<Joint> joints = {
+        slider(Vec3::UnitX()), slider(Vec3(unit(random) - 0.5, unit(random) - 0.5, 1).normalized()),
+        hinge(-Vec3::UnitY())};
+    for (std::size_t k = 0; k < joints.size(); ++k) {
+      const bool turns = k == 2;
+      Joint& joint = joints[k];
+      joint.stiffness = turns ? 2 : 400;  // N m/rad, N/m
+      if (unit(random) < 0.6) joint.friction = (turns ? 0.3 : 4) * unit(random);
+      if (unit(random) < 0.5) joint.lower = -(turns ? 0.1 : 3e-3) * unit(random);
+      if (unit(random) < 0.5) joint.upper = (turns ? 0.1 : 3e-3) * unit(random);
+      if (unit(random) < 0.4) {
+        Motor motor;
+        motor.speed = (turns ? 2 : 0.05) * (unit(random) - 0.5);
+        motor.max_load = (turns ? 0.4 : 5) * unit(random);
+        joint.motors = {motor};
+      }
+    }
+    std::vector<double> expected;
+    for (const std::vector<std::size_t>& order : orders) {
+      Solver solver(scene(body_beside_its_hinge(joints_in_order(joints, order))));
+      for (int k = 0; k < 400; ++k) solver.step();
+      std::vector<double> found(3);
+      for (std::size_t k = 0; k < 3; ++k) found[order[k]] = coordinate(solver, k);
+      if (expected.empty()) expected = found;
+      for (std::size_t k = 0; k < 3; ++k)
+        EXPECT_NEAR(found[k], expected[k], 1e-9) << "member " << member << ", joint " << k;
+    }
+  }
+}
+
 TEST(FreeBody, FrictionOfABearingFollowsWhatItBears) {
   std::mt19937 random(17);
   std::uniform_real_distribution<double> any(-1, 1), positive(0.01, 1);
