@@ -218,10 +218,9 @@ std::string convergence_warning(const JointConvergence& j) {
   if (!(j.unconverged > 0)) return {};
   return fmt::format(
       "friction, motors and limits of mechanisms did not converge in {:.0f} of {:.0f} steps, and "
-      "their loads are inexact there; likely cause: a motor works against friction or a limit of "
-      "another joint or coupling, and both are strong against the inertia of the parts; lower its "
-      "max_load, shorten the time step (case.steps_per_loading, case.timestep), or state the "
-      "friction at the joint of the motor",
+      "their loads are inexact there; likely cause: a motor without max_load, or with a large one, "
+      "works against a limit or friction of another joint or coupling; lower its max_load, or "
+      "shorten the time step (case.steps_per_loading, case.timestep)",
       j.unconverged, j.steps);
 }
 

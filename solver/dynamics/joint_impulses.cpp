@@ -15,6 +15,10 @@ constexpr int kMostSweeps = 200;
 // Largest change of a rate in the last sweep, as a fraction of the largest effect of an impulse, at
 // which the impulses count as converged. Rounding errors are far below it.
 constexpr double kSolved = 1e-9;
+// Changes of the impulses in two sweeps are alike if they differ by less than this fraction.
+constexpr double kAlike = 1e-3;
+// Most sweeps that one extrapolation replaces: rounding errors of rates grow with it.
+constexpr double kMostExtrapolated = 1e5;
 // Couplings hold a coordinate or direction if its mobility is below this fraction of that without
 // couplings. Impulses along it are zero.
 constexpr double kHeldByCouplings = 1e-12;
@@ -46,6 +50,7 @@ bool JointImpulses::apply(VectorXd& rates, double small) {
   rates += mobility_ * impulses_;
   for (const Direction& one : directions_) rates += one.response * one.solution.impulse;
   double change = 0, effect = 0;  // largest of a sweep, m/s or rad/s
+  VectorXd given = all_impulses(), last_growth;
   for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
     change = effect = 0;
     for (const std::size_t i : active_) {
@@ -67,10 +72,53 @@ bool JointImpulses::apply(VectorXd& rates, double small) {
       effect = std::max(effect, std::abs(w * one.solution.impulse));
     }
     if (change <= small) break;
+    const VectorXd growth = all_impulses() - given;
+    const bool grows_alike =
+        last_growth.size() > 0 && (growth - last_growth).lpNorm<Eigen::Infinity>() <
+                                      kAlike * growth.lpNorm<Eigen::Infinity>();
+    if (grows_alike) extrapolate(growth, rates);
+    last_growth = grows_alike ? VectorXd() : growth;
+    given = all_impulses();
   }
   for (const std::size_t i : active_)  // removes rounding errors
     if (solutions_[i].held) rates[static_cast<Eigen::Index>(i)] = solutions_[i].rate;
   return change <= std::max(small, kSolved * effect);
+}
+
+VectorXd JointImpulses::all_impulses() const {
+  VectorXd all(static_cast<Eigen::Index>(active_.size() + directions_.size()));
+  Eigen::Index k = 0;
+  for (const std::size_t i : active_) all[k++] = impulses_[static_cast<Eigen::Index>(i)];
+  for (const Direction& one : directions_) all[k++] = one.solution.impulse;
+  return all;
+}
+
+// Impulses that cannot bring all of their rates to where they hold, such as those of a motor and of
+// friction elsewhere on rigid parts, grow by the same amount in each sweep until one is at its
+// bound.
+void JointImpulses::extrapolate(const VectorXd& growth, VectorXd& rates) {
+  double sweeps = kMostExtrapolated;
+  const auto limit = [&](const std::vector<BoundedImpulse>& bounds, double impulse, double more) {
+    double bound = 0;
+    for (const BoundedImpulse& one : bounds) bound += more > 0 ? one.below : one.above;
+    if (more != 0) sweeps = std::min(sweeps, (bound - impulse) / more);
+  };
+  Eigen::Index k = 0;
+  for (const std::size_t i : active_)
+    limit(bounds_[i], impulses_[static_cast<Eigen::Index>(i)], growth[k++]);
+  for (const Direction& one : directions_) limit(one.bounds, one.solution.impulse, growth[k++]);
+  if (!(sweeps > 1)) return;
+  k = 0;
+  for (const std::size_t i : active_) {
+    const double more = sweeps * growth[k++];
+    impulses_[static_cast<Eigen::Index>(i)] += more;
+    rates += mobility_.col(static_cast<Eigen::Index>(i)) * more;
+  }
+  for (Direction& one : directions_) {
+    const double more = sweeps * growth[k++];
+    one.solution.impulse += more;
+    rates += one.response * more;
+  }
 }
 
 VectorXd JointImpulses::impulses() const {

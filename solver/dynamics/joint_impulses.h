@@ -25,7 +25,8 @@ struct DirectedImpulse {
 };
 
 // Solves for the bounded impulses of all coordinates and directions by projected Gauss-Seidel: one
-// after the other, until no impulse changes.
+// after the other, until no impulse changes. Impulses that grow alike in successive sweeps are
+// extrapolated.
 class JointImpulses {
  public:
   // `bounds`: [n] impulses on each coordinate, in ascending order of `at`. `mobility`: [n x n]
@@ -57,6 +58,11 @@ class JointImpulses {
     std::vector<BoundedImpulse> bounds;   // one
     Solution solution;
   };
+  // [active coordinates, then directions] impulses.
+  Eigen::VectorXd all_impulses() const;
+  // Adds so many times `growth` to the impulses that the first one reaches its bound, and the
+  // effect to `rates`.
+  void extrapolate(const Eigen::VectorXd& growth, Eigen::VectorXd& rates);
   static Solution balance(double u0, double w, const std::vector<BoundedImpulse>& impulses);
   static void share_impulse(const Solution& solution, double total,
                             const std::vector<BoundedImpulse>& impulses);
