@@ -25,7 +25,8 @@ void put_attribute(hid_t file, const std::string& path, const std::string& name,
   const Handle space = dataspace(shape);
   const Handle attribute =
       own(H5Acreate2(object.id(), name.c_str(), type, space.id(), H5P_DEFAULT, H5P_DEFAULT), what);
-  check(H5Awrite(attribute.id(), type, value), what);
+  const double nothing = 0;  // HDF5 refuses null, also where there is nothing to write
+  check(H5Awrite(attribute.id(), type, value == nullptr ? &nothing : value), what);
 }
 
 }  // namespace

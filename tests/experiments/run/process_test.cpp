@@ -39,6 +39,17 @@ TEST_F(SceneTest, WaitingForWhatNeverComesStatesHowManyCame) {
                                                     "through \"below\""));
 }
 
+TEST_F(SceneTest, ARunThatEndsBeforeAnyParticleComesHasResults) {
+  const Case c = read(kHarvest, {{"inlets.mold.start", "1 s"}, {"case.duration", "0.1 s"}});
+  const RunSummary summary = run(c, options("run.h5"));
+  ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
+  const Recording recording((directory_ / "run.h5").string());
+  const std::vector<Response> responses = recording.responses();
+  const auto peaks = std::ranges::find(responses, "peak_normal_forces", &Response::name);
+  ASSERT_NE(peaks, responses.end());
+  EXPECT_TRUE(peaks->value.empty());
+}
+
 TEST_F(SceneTest, HarvestEndsWhenTheColumnHoldsThePlate) {
   const Case c = read(kHarvest);
   EXPECT_EQ(c.model.particles.size(), 20u);
