@@ -150,14 +150,13 @@ void join(toml::table& top, toml::table&& base) {
       join(*mine->as_table(), std::move(*value.as_table()));
     } else if (mine->is_array_of_tables() && value.is_array_of_tables()) {
       toml::array joined = std::move(*value.as_array());
-      std::map<std::string, std::size_t> by_name;  // the first of each
+      std::map<std::string, std::size_t> by_name;  // the first of each in `base`
       for (std::size_t i = 0; i < joined.size(); ++i)
         if (const auto name = name_of(joined[i])) by_name.emplace(*name, i);
       for (toml::node& element : *mine->as_array()) {
         const auto name = name_of(element);
         const auto same = name ? by_name.find(*name) : by_name.end();
         if (same == by_name.end()) {
-          if (name) by_name.emplace(*name, joined.size());
           joined.push_back(std::move(*element.as_table()));
           continue;
         }

@@ -60,6 +60,10 @@ shape = "cube"
 position = "0 0 0.5 m"
 )";
 
+// In place of the mesh.
+const Override kSphere = {"shapes.other",
+                          "{ kind = \"sphere\", radius = \"1 cm\", material = \"ice\" }"};
+
 class IncludedFiles : public testing::Test {
  protected:
   IncludedFiles() {
@@ -89,9 +93,7 @@ TEST_F(IncludedFiles, PathsAreRelativeToTheFileThatHasThem) {
 }
 
 TEST_F(IncludedFiles, TablesAreMerged) {
-  const Case c = read_case(folder_ / "case.toml", {{"shapes.other",
-                                                    "{ kind = \"sphere\", radius = \"1 cm\", "
-                                                    "material = \"ice\" }"}});
+  const Case c = read_case(folder_ / "case.toml", {kSphere});
   ASSERT_EQ(c.model.boundaries.size(), 3u);
   EXPECT_EQ(c.model.boundaries[0].name, "floor");
   EXPECT_EQ(c.model.boundaries[1].name, "lid");  // changed, not added
@@ -102,6 +104,16 @@ TEST_F(IncludedFiles, TablesAreMerged) {
   // What was read needs the files no more.
   EXPECT_EQ(c.resolved.find("include"), std::string::npos);
   EXPECT_EQ(read_case_text(c.resolved, "again.toml", "/").resolved, c.resolved);
+}
+
+// An element changes the one of its name in an included file, not another one of its own file.
+TEST_F(IncludedFiles, ElementsOfOneFileAreNotMerged) {
+  write("case.toml", std::string(kIncluding) +
+                         "[[boundaries]]\nname = \"wall\"\nkind = \"plane\"\nmaterial = "
+                         "\"plastic\"\nnormal = [-1, 0, 0]\npoint = \"1 0 0 m\"\n");
+  const std::string error = test::error_of([&] { read_case(folder_ / "case.toml", {kSphere}); });
+  EXPECT_THAT(error, HasSubstr("case.toml:"));
+  EXPECT_THAT(error, HasSubstr("wall"));
 }
 
 TEST_F(IncludedFiles, MistakesAreNamed) {
