@@ -160,9 +160,10 @@ TEST(SceneNames, AreUniqueAndNoPaths) {
 // The shipped machine with one dimension wrong.
 TEST(MachineCheckIcemaker, PassesAsShippedAndNotWithATooLargeAuger) {
   const std::string folder = std::string(FIRN_SOURCE_DIR) + "/cases/icemaker/";
-  for (const char* name : {"harvest", "bucket_pull", "bucket_pull_paddle", "auger_half",
-                           "auger_full", "auger_compression", "auger_press", "arm_binding",
-                           "arm_linkage", "glass_impact", "platen_test"})
+  for (const char* name :
+       {"harvest", "bucket_pull", "bucket_pull_paddle", "auger_half", "auger_full",
+        "auger_compression", "auger_press", "arm_binding", "arm_linkage", "arm_clearance",
+        "glass_impact", "platen_test", "full_cycle"})
     EXPECT_NO_THROW(check_machine(read_case(folder + name + ".toml"))) << name;
   const auto refused = [&](const std::string& key, const std::string& value) {
     return test::error_of([&] {
