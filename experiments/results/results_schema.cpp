@@ -266,7 +266,8 @@ constexpr Dataset kDatasets[] = {
     {"/diagnostics/unconverged_steps", optional, "/energy/free_bodies_kinetic", real, "T", "1",
      R::non_negative, "",
      "steps so far in which friction, motors and limits of [mechanisms](scenes.md#mechanisms) did "
-     "not converge"},
+     "not converge",
+     "/health/unconverged_steps"},
     {"/stages/name", always, "", text, "S", "", R::any, "", ""},
     {"/stages/start", always, "", real, "S", "", R::non_negative_or_nan, "", "s; NaN: not reached"},
     {"/stages/end", always, "", real, "S", "", R::non_negative_or_nan, "", "s; NaN: not reached"},
