@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <set>
 #include <stdexcept>
@@ -83,7 +84,7 @@ std::vector<double> decade_places(const LogAxis& axis, const std::set<int>& fact
   for (int exponent = first; exponent <= last; ++exponent) {
     if ((exponent - first) % stride != 0) continue;
     for (const int factor : factors) {
-      const double at = std::stod(fmt::format("{}e{}", factor, exponent));
+      const double at = std::strtod(fmt::format("{}e{}", factor, exponent).c_str(), nullptr);
       if (axis.holds(at)) places.push_back(at);
     }
   }

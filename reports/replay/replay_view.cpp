@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "experiments/results/bond_results.h"
 #include "reports/rendering/simplify_mesh.h"
@@ -59,14 +60,18 @@ PoseTracks read_tracks(const Recording& recording, const Case& c, double rate) {
   return tracks;
 }
 
-// Three significant digits: the resolution of the color scale.
+// Three significant digits: the resolution of the color scale. 0 if it is not finite.
+Json map_value(double v) {
+  if (v == 0 || !std::isfinite(v)) return 0;
+  const double rounded = std::strtod(fmt::format("{:.3g}", v).c_str(), nullptr);
+  return std::isfinite(rounded) ? rounded : v;
+}
+
 Json map_json(const SurfaceMap& map) {
   Json fields = Json::array();
   for (const MapField& field : map.fields) {
     Json values = Json::array();
-    for (const double v : field.values)
-      values.push_back(v == 0 || !std::isfinite(v) ? Json(0)
-                                                   : Json(std::stod(fmt::format("{:.3g}", v))));
+    for (const double v : field.values) values.push_back(map_value(v));
     fields.push_back({{"key", field.key},
                       {"name", field.name},
                       {"unit", field.unit},

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <random>
 #include <regex>
 #include <string>
@@ -82,6 +83,8 @@ TEST(Plots, LogAxesHaveLabelsForEveryRange) {
   EXPECT_THAT(texts(log_plot(0.02, 0.3)), testing::IsSupersetOf({"0.02", "0.05", "0.1", "0.2"}));
   EXPECT_THAT(texts(log_plot(1e-7, 1e3)), testing::IsSupersetOf({"10⁻⁶", "0.01", "1", "100"}));
   EXPECT_THAT(texts(log_plot(2e6, 3e6)), Not(testing::Contains(HasSubstr("e+"))));
+  // From the smallest number on, which the standard conversions of texts refuse.
+  EXPECT_FALSE(texts(log_plot(std::numeric_limits<double>::denorm_min(), 1e300)).empty());
   std::mt19937 random(7);
   std::uniform_real_distribution<double> start(-12, 12), span(0.01, 14);
   for (int i = 0; i < 40; ++i) {
