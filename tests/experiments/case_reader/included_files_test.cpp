@@ -106,7 +106,7 @@ TEST_F(IncludedFiles, TablesAreMerged) {
   EXPECT_EQ(read_case_text(c.resolved, "again.toml", "/").resolved, c.resolved);
 }
 
-// An element changes the one of its name in an included file, not another one of its own file.
+// An element changes the one of that name in an included file, not another one in the same file.
 TEST_F(IncludedFiles, ElementsOfOneFileAreNotMerged) {
   write("case.toml", std::string(kIncluding) +
                          "[[boundaries]]\nname = \"wall\"\nkind = \"plane\"\nmaterial = "

@@ -179,7 +179,7 @@ double force_of_both_ends(const Vec3& axis, double length, const JointLoad& load
   return ends.head<2>().norm() + ends.tail<2>().norm();
 }
 
-// The joints of a body whose center of mass is beside its hinge: a force along one accelerates the
+// The joints of a body whose center of mass is off its hinge: a force along one accelerates the
 // others, too.
 std::vector<Joint> joints_in_order(std::vector<Joint> joints,
                                    const std::vector<std::size_t>& order) {
@@ -187,7 +187,7 @@ std::vector<Joint> joints_in_order(std::vector<Joint> joints,
   for (const std::size_t k : order) out.push_back(std::move(joints[k]));
   return out;
 }
-MotionFrame body_beside_its_hinge(std::vector<Joint> joints) {
+MotionFrame body_off_its_hinge(std::vector<Joint> joints) {
   return free_frame(0.5, Vec3(0.08, 0, -0.06), Mat3(Vec3(8e-4, 1e-3, 6e-4).asDiagonal()),
                     std::move(joints));
 }
@@ -197,7 +197,7 @@ TEST(FreeBody, FrictionHoldsSeveralJointsAtOnce) {
   slide.friction = 4;
   turn.friction = 0.5;  // more than the weight of 0.5 kg on an arm of 0.08 m
   for (const bool slide_first : {true, false}) {
-    Solver solver(scene(body_beside_its_hinge(
+    Solver solver(scene(body_off_its_hinge(
         joints_in_order({slide, turn}, slide_first ? std::vector<std::size_t>{0, 1}
                                                    : std::vector<std::size_t>{1, 0}))));
     for (int k = 0; k < 500; ++k) solver.step();
@@ -214,7 +214,7 @@ TEST(FreeBody, SeveralLimitsHoldAtOnce) {
   across.upper = 2e-3;
   turn.lower = -0.1;
   turn.upper = 0.2;
-  MotionFrame frame = body_beside_its_hinge({across, turn});
+  MotionFrame frame = body_off_its_hinge({across, turn});
   Solver solver(scene(frame));
   for (int k = 0; k < 5000; ++k) {
     solver.step();
@@ -256,7 +256,7 @@ TEST(FreeBody, TheOrderOfItsJointsDoesNotMatter) {
     }
     std::vector<double> expected;
     for (const std::vector<std::size_t>& order : orders) {
-      Solver solver(scene(body_beside_its_hinge(joints_in_order(joints, order))));
+      Solver solver(scene(body_off_its_hinge(joints_in_order(joints, order))));
       for (int k = 0; k < 400; ++k) solver.step();
       std::vector<double> found(3);
       for (std::size_t k = 0; k < 3; ++k) found[order[k]] = coordinate(solver, k);
