@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "calibrate/numerics/matern.h"
@@ -236,7 +237,10 @@ Surrogate Surrogate::with_fantasy_point(const VectorXd& u, double noise_variance
                                         bool low_fidelity) const {
   Surrogate s = *this;
   const Index n = z_.size();
-  const double y = low_fidelity ? predict_low_fidelity(u).mean : predict_mean(u);
+  double y = low_fidelity ? predict_low_fidelity(u).mean : predict_mean(u);
+  // The companion, which need not be logarithmic, can bring the mean of both below zero.
+  if (form_.logarithm && !(y > 0))
+    y = std::max(predict_alone(u, Parts{}, low_fidelity).mean, std::numeric_limits<double>::min());
   if (!data_.low_fidelity.empty()) s.data_.low_fidelity.push_back(low_fidelity);
   s.data_.u.conservativeResize(n + 1, Eigen::NoChange);
   s.data_.u.row(n) = u.transpose();

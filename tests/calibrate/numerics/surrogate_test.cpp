@@ -148,6 +148,24 @@ TEST(Surrogate, ABelievedPointLowersTheVarianceThereAndHardlyMovesTheMean) {
   }
 }
 
+// A logarithmic model predicts values above zero. Another kind of model with a share in the
+// prediction may bring the mean below zero where the response is small.
+TEST(Surrogate, TakesABelievedPointWhereItsMeanIsBelowZero) {
+  const auto product = [](const VectorXd& u) { return 10 * u[0] * u[1]; };
+  int below = 0;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    SurrogateData data = sampled(14, product, 0.6, seed);
+    data.y = data.y.cwiseAbs();
+    const SurrogateChoice choice = choose_surrogate(data);
+    for (std::uint64_t k = 0; k < 30; ++k) {
+      const VectorXd u = quasi_random_point(k, 2);
+      below += choice.best.form().logarithm && choice.best.predict_mean(u) < 0;
+      EXPECT_TRUE(std::isfinite(choice.best.with_fantasy_point(u, 0.36).predict_mean(u)));
+    }
+  }
+  EXPECT_GT(below, 0);
+}
+
 TEST(Design, EveryLevelOnceAndFarApart) {
   const std::vector<VectorXd> taken = {Eigen::Vector2d(0.5, 0.5)};
   const auto points = maximin_latin_hypercube(8, 2, 3, taken);
