@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "experiments/analysis/sample_statistics.h"
 #include "experiments/case_reader/read_case.h"
 #include "experiments/inspection/run_diagnostics.h"
 #include "experiments/responses/curve_responses.h"
@@ -148,6 +149,41 @@ TEST_F(CouplingCase, DriveARamThatPushesACube) {
   EXPECT_GT(*std::ranges::max_element(curves[3].value), 1);
   // The ram starts at its dead center, 10 mm before the cube, and does not come nearer.
   EXPECT_LT(largest, 20);
+}
+
+// The rod goes anywhere and turns about all axes; two balls hold it.
+TEST_F(CouplingCase, HoldARodThatTurnsFreely) {
+  const std::string hinged =
+      "parent = \"crank\"\nposition = \"40 0 0 mm\"\n[motion_frames.free]\nmass = \"50 g\"\n"
+      "center = \"100 0 0 mm\"\ninertia = \"1e-5 1e-4 1e-4 kg m^2\"\n"
+      "joints = [{ kind = \"rotation\", direction = [0, -1, 0] }]\n";
+  const std::string loose =
+      "position = \"100 0 0 mm\"\n[motion_frames.free]\nmass = \"50 g\"\n"
+      "center = \"100 0 0 mm\"\ninertia = \"1e-5 1e-4 1e-4 kg m^2\"\nfree_rotation = true\n"
+      "joints = [{ kind = \"translation\", direction = [1, 0, 0] }, "
+      "{ kind = \"translation\", direction = [0, 1, 0] }, "
+      "{ kind = \"translation\", direction = [0, 0, 1] }]\n";
+  const std::string end =
+      "[[couplings]]\nkind = \"ball\"\nbetween = [\"crank\", \"rod\"]\nposition = \"40 0 0 mm\"\n";
+  const auto angle_and_place = [&](const std::string& text, const std::string& file) {
+    RunOptions options;
+    options.results_file = path(file);
+    EXPECT_EQ(run(read_case_text(text, "c.toml", "."), options).status, RunStatus::finished);
+    const Recording recording(path(file));
+    EXPECT_EQ(last_finite(recording.series("/diagnostics/unconverged_steps")), 0);
+    return std::pair(recording.series("/motion_frames/crank/coordinate"),
+                     recording.series("/motion_frames/piston/coordinate"));
+  };
+  const auto [angle, place] = angle_and_place(kRam, "hinged.h5");
+  const auto [free_angle, free_place] =
+      angle_and_place(replaced(kRam, hinged, loose) + end, "loose.h5");
+  ASSERT_EQ(angle.size(), free_angle.size());
+  for (std::size_t i = 0; i < angle.size(); ++i) {
+    EXPECT_NEAR(free_angle[i], angle[i], 1e-4);
+    const double z = 0.04 * std::sin(free_angle[i]);
+    EXPECT_NEAR(free_place[i],
+                0.04 * std::cos(free_angle[i]) + std::sqrt(0.12 * 0.12 - z * z) - 0.16, 1e-9);
+  }
 }
 
 TEST_F(CouplingCase, StopTheRunWhereTheyCannotBeMet) {
