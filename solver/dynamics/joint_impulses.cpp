@@ -50,9 +50,11 @@ bool JointImpulses::apply(VectorXd& rates, double small) {
   rates += mobility_ * impulses_;
   for (const Direction& one : directions_) rates += one.response * one.solution.impulse;
   double change = 0, effect = 0;  // largest of a sweep, m/s or rad/s
-  VectorXd given = all_impulses(), last_growth;
+  // [active coordinates, then directions] changes of the impulses in a sweep.
+  VectorXd growth(static_cast<Eigen::Index>(active_.size() + directions_.size())), last_growth;
   for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
     change = effect = 0;
+    Eigen::Index place = 0;
     for (const std::size_t i : active_) {
       const auto k = static_cast<Eigen::Index>(i);
       const double w = mobility_(k, k);
@@ -60,6 +62,7 @@ bool JointImpulses::apply(VectorXd& rates, double small) {
       const double more = solutions_[i].impulse - impulses_[k];
       impulses_[k] = solutions_[i].impulse;
       rates += mobility_.col(k) * more;
+      growth[place++] = more;
       change = std::max(change, std::abs(w * more));
       effect = std::max(effect, std::abs(w * impulses_[k]));
     }
@@ -68,29 +71,20 @@ bool JointImpulses::apply(VectorXd& rates, double small) {
       one.solution = balance(one.direction.dot(rates) - w * before, w, one.bounds);
       const double more = one.solution.impulse - before;
       rates += one.response * more;
+      growth[place++] = more;
       change = std::max(change, std::abs(w * more));
       effect = std::max(effect, std::abs(w * one.solution.impulse));
     }
     if (change <= small) break;
-    const VectorXd growth = all_impulses() - given;
     const bool grows_alike =
         last_growth.size() > 0 && (growth - last_growth).lpNorm<Eigen::Infinity>() <
                                       kAlike * growth.lpNorm<Eigen::Infinity>();
     if (grows_alike) extrapolate(growth, rates);
     last_growth = grows_alike ? VectorXd() : growth;
-    given = all_impulses();
   }
   for (const std::size_t i : active_)  // removes rounding errors
     if (solutions_[i].held) rates[static_cast<Eigen::Index>(i)] = solutions_[i].rate;
   return change <= std::max(small, kSolved * effect);
-}
-
-VectorXd JointImpulses::all_impulses() const {
-  VectorXd all(static_cast<Eigen::Index>(active_.size() + directions_.size()));
-  Eigen::Index k = 0;
-  for (const std::size_t i : active_) all[k++] = impulses_[static_cast<Eigen::Index>(i)];
-  for (const Direction& one : directions_) all[k++] = one.solution.impulse;
-  return all;
 }
 
 // Impulses that cannot bring all of their rates to where they hold, such as those of a motor and of

@@ -58,10 +58,8 @@ class JointImpulses {
     std::vector<BoundedImpulse> bounds;   // one
     Solution solution;
   };
-  // [active coordinates, then directions] impulses.
-  Eigen::VectorXd all_impulses() const;
-  // Adds so many times `growth` to the impulses that the first one reaches its bound, and the
-  // effect to `rates`.
+  // Adds so many times `growth` [active coordinates, then directions] to the impulses that the
+  // first one reaches its bound, and the effect to `rates`.
   void extrapolate(const Eigen::VectorXd& growth, Eigen::VectorXd& rates);
   static Solution balance(double u0, double w, const std::vector<BoundedImpulse>& impulses);
   static void share_impulse(const Solution& solution, double total,
