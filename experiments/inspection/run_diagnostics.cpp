@@ -11,6 +11,7 @@
 
 #include "experiments/analysis/sample_statistics.h"
 #include "experiments/text/number_text.h"
+#include "firn/diagnostics.h"
 
 namespace firn {
 namespace {
@@ -185,12 +186,13 @@ std::optional<FreeBodyBalance> free_body_balance(const Recording& recording) {
   if (kinetic.empty()) return std::nullopt;
   Range balance, moving, elastic, dissipated, given;
   for (std::size_t i = 0; i < kinetic.size(); ++i) {
-    const double stored = springs[i] + contacts[i], lost = friction[i] + damping[i] + impacts[i];
-    balance.add(kinetic[i] + gravitational[i] + stored + lost - work[i]);
-    moving.add(kinetic[i]);
-    elastic.add(stored);
-    dissipated.add(lost);
-    given.add(work[i]);
+    const FreeBodyEnergy e{kinetic[i],  gravitational[i], springs[i], contacts[i],
+                           friction[i], damping[i],       impacts[i], work[i]};
+    balance.add(e.balance());
+    moving.add(e.kinetic);
+    elastic.add(e.elastic + e.contacts_elastic);
+    dissipated.add(e.dissipated_friction + e.dissipated_damping + e.dissipated_contacts);
+    given.add(e.work);
   }
   return FreeBodyBalance{balance.width(), std::max({moving.width(), elastic.width(),
                                                     dissipated.width(), given.width()})};
