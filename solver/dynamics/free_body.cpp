@@ -1,9 +1,11 @@
 #include "solver/dynamics/free_body.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <utility>
 
+#include "solver/dynamics/mechanism_members.h"
 #include "solver/dynamics/rotation_vector.h"
 
 namespace firn {
@@ -19,6 +21,7 @@ using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxJoints>;
 // An iteration of rates has converged when their relative change is below this.
 constexpr double kSame = 1e-15;
 constexpr int kMostRepetitions = 60;
+constexpr int kMostSweeps = 200;  // over the bounded impulses of a body
 
 // Velocities of the body at unit rates, and the mass matrix. The axes of free rotation are those of
 // the parent.
@@ -183,11 +186,41 @@ JumpImpulses apply_jump(const HalfKickInput& in, Vector& u) {
   return out;
 }
 
+// Finds the bounded impulses that drive the rates `now` towards their targets, one after the other,
+// until no rate changes (projected Gauss-Seidel), and adds their effect to `now`. A single one
+// needs one sweep. Marks joints whose rate one of them holds. Returns [rates] the impulses, N s or
+// N m s.
+Vector apply_pushes(std::vector<BoundedPush>& pushes, const Matrix& inverse, Vector& now,
+                    HeldAxes& held) {
+  for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+    double change = 0, effect = 0;  // largest in this sweep, m/s or rad/s
+    for (BoundedPush& push : pushes) {
+      const auto i = static_cast<Eigen::Index>(push.joint);
+      const double needed = push.impulse + (push.target - now[i]) / inverse(i, i),
+                   impulse = std::clamp(needed, push.least, push.most),
+                   more = impulse - push.impulse;
+      now += inverse.col(i) * more;
+      push.impulse = impulse;
+      push.holds = impulse == needed;
+      change = std::max(change, std::abs(inverse(i, i) * more));
+      effect = std::max(effect, std::abs(inverse(i, i) * impulse));
+    }
+    if (pushes.size() < 2 || change <= kSame * effect) break;
+  }
+  Vector sum = Vector::Zero(now.size());
+  for (const BoundedPush& push : pushes) {
+    sum[static_cast<Eigen::Index>(push.joint)] += push.impulse;
+    held[push.joint] = held[push.joint] || push.holds;
+    *push.account += push.impulse;
+  }
+  return sum;
+}
+
 // Rates after the half-kick from `start`, by the forces at the rates `u`. `inverse`: see
-// response(). `motor_impulse`: [joints] N s or N m s.
+// response(). `motor_impulse`: [joints] N s or N m s. `pushes`: working memory.
 Vector kicked(const HalfKickInput& in, const Vector& start, const Matrix& inverse,
               const JumpImpulses& given_before, const Vector& u, KickResult& result,
-              double* motor_impulse) {
+              double* motor_impulse, std::vector<BoundedPush>& pushes) {
   const double h = in.h();
   Vector impulse = h * forces_at(in.body, in.axes, in.at, u);
   for (std::size_t k = 0; k < in.body.joints.size(); ++k) {
@@ -197,32 +230,24 @@ Vector kicked(const HalfKickInput& in, const Vector& start, const Matrix& invers
   }
   Vector now = start + inverse * impulse;
   result = {};
-  Vector pushed = Vector::Zero(now.size());  // impulses of friction and motors
-  const auto push = [&](std::size_t k, double wanted, double least, double most, double spent) {
-    const auto i = static_cast<Eigen::Index>(k);
-    const double needed = (wanted - now[i]) / inverse(i, i);
-    const double given = std::clamp(needed, least - spent, most - spent);
-    now += inverse.col(i) * given;
-    pushed[i] += given;
-    result.held[k] = given == needed;
-    return given;
-  };
+  pushes.clear();
   for (std::size_t k = 0; k < in.body.joints.size(); ++k) {
     double spent = given_before.motor[k];
     motor_impulse[k] = spent;
-    const double friction = h * in.friction[k];
-    result.friction_impulse[k] = given_before.friction[k];
+    const double friction = h * in.friction[k], rubbed = given_before.friction[k];
+    result.friction_impulse[k] = rubbed;
     if (in.friction[k] > 0)
-      result.friction_impulse[k] += push(k, 0, -friction, friction, given_before.friction[k]);
+      pushes.push_back({k, 0, -friction - rubbed, friction - rubbed, &result.friction_impulse[k]});
     for (const Motor* motor : in.motors[k]) {
       if (!motor->acts(in.t)) continue;
       result.driven = true;
-      const double rate = start[static_cast<Eigen::Index>(k)];
-      motor_impulse[k] += push(k, motor_target_rate(*motor, in.coordinate[k], in.dt, in.half),
-                               -h * motor_load_limit(*motor, -rate),
-                               h * motor_load_limit(*motor, rate), std::exchange(spent, 0));
+      const double rate = start[static_cast<Eigen::Index>(k)], given = std::exchange(spent, 0);
+      pushes.push_back({k, motor_target_rate(*motor, in.coordinate[k], in.dt, in.half),
+                        -h * motor_load_limit(*motor, -rate) - given,
+                        h * motor_load_limit(*motor, rate) - given, &motor_impulse[k]});
     }
   }
+  const Vector pushed = apply_pushes(pushes, inverse, now, result.held);
   // The rest of the change of the momenta. `impulse` contains the dampers at the rates `start`.
   for (std::size_t k = 0; k < in.body.joints.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
@@ -238,7 +263,9 @@ Vector kicked(const HalfKickInput& in, const Vector& start, const Matrix& invers
 
 KickResult integrate_free_body(const FreeBody& body, const Vec3& origin,
                                const std::vector<const Motor*>* motors, const FreeBodyState& at,
-                               double t, double dt, HalfKick half, FreeBodyMotion motion) {
+                               double t, double dt, HalfKick half, FreeBodyMotion motion,
+                               std::vector<BoundedPush>& pushes) {
+  assert(!has_several_bounded_joints(body));
   const Axes axes(body, origin, at.parent, at.rotation);
   const Eigen::Index n = axes.velocity.cols();
   HalfKickInput in{body, motors, at, axes, t, dt, half, motion.coordinate, {}};
@@ -252,10 +279,10 @@ KickResult integrate_free_body(const FreeBody& body, const Vec3& origin,
   const Matrix inverse = response(body, axes.mass, in.h());
   KickResult result;
   double motor_impulse[kMaxJoints] = {};
-  u = kicked(in, start, inverse, given, start, result, motor_impulse);
+  u = kicked(in, start, inverse, given, start, result, motor_impulse, pushes);
   if (half == HalfKick::first && is_coupled(body, at)) {
     for (int r = 0; r < kMostRepetitions; ++r) {
-      const Vector next = kicked(in, start, inverse, given, u, result, motor_impulse);
+      const Vector next = kicked(in, start, inverse, given, u, result, motor_impulse, pushes);
       const bool done = is_same(next, u);
       u = next;
       if (done) break;
@@ -329,6 +356,7 @@ Vec3 drift(const FreeBody& body, const Vec3& origin, double dt, const HeldAxes& 
 
 void apply_joint_limits(const FreeBody& body, const Vec3& origin, const FreeBodyState& at,
                         double dt, FreeBodyMotion motion, HeldAxes& held) {
+  assert(!has_several_bounded_joints(body));
   const auto leaves = [&](std::size_t k) {
     const Joint& axis = body.joints[k];
     const double rate = motion.rate[k], next = motion.coordinate[k] + rate * dt,

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <vector>
 
 #include "firn/motion.h"
 #include "solver/dynamics/joint_loads.h"
@@ -44,23 +46,36 @@ struct KickResult {
   std::array<double, kMaxJoints> friction_impulse = {}, damping_impulse = {};  // N s or N m s
 };
 
+// An impulse of friction or a motor within bounds that drives the rate of a joint towards a target.
+struct BoundedPush {
+  std::size_t joint;
+  double target;       // m/s or rad/s
+  double least, most;  // N s or N m s
+  double* account;     // the impulse is added to it
+  double impulse = 0;  // N s or N m s
+  bool holds = false;  // the rate is at the target
+};
+
 // Advances the rates by the forces of half a step of `dt` s. The body's origin at t = 0 is `origin`
 // (m, world). D'Alembert's principle gives one equation for each axis k:
 //   (F + m g - m a) . v_k + (M - I alpha - w x I w) . w_k + spring + damper = 0.
 // v_k: velocity of the center of mass at a unit rate; w_k: angular velocity of the body at a unit
 // rate. If the mass matrix M depends on the coordinates, the kick changes the generalized momenta
 // sum_j M_kj u_j, and drift() conserves them. Damping is integrated exactly for constant other
-// forces. Friction and motors are bounded impulses. A sticking joint does not move, and a driven
-// joint has exactly its target speed, if one joint of the body at most has friction, motors or
-// limits; see find_mechanisms().
+// forces.
+//
+// Friction and motors are bounded impulses, solved together. Precondition: not
+// has_several_bounded_joints(body); such a body is a mechanism. `motors`: [joints] those of the
+// body and those that stages have added, which may act on any joint. `pushes`: working memory.
 KickResult integrate_free_body(const FreeBody& body, const Vec3& origin,
                                const std::vector<const Motor*>* motors, const FreeBodyState& scene,
-                               double t, double dt, HalfKick half, FreeBodyMotion motion);
+                               double t, double dt, HalfKick half, FreeBodyMotion motion,
+                               std::vector<BoundedPush>& pushes);
 
 // Applies joint limits: reduces each joint rate so that the coordinate reaches its limit at the end
 // of `dt`, or reverses it with the restitution of the limit. Call it after a kick, before the
 // coordinates move; and after the second kick with a dt of 0, for coordinates at their limits.
-// Marks stopped joints as held.
+// Marks stopped joints as held. The same precondition.
 void apply_joint_limits(const FreeBody& body, const Vec3& origin, const FreeBodyState& scene,
                         double dt, FreeBodyMotion motion, HeldAxes& held);
 

@@ -10,15 +10,6 @@
 namespace firn {
 namespace {
 
-// Impulses within bounds on one joint change the rates of the others where the inertia of the body
-// couples them, so that those of several joints are solved together.
-bool has_several_bounded_joints(const FreeBody& body) {
-  return std::ranges::count_if(body.joints, [](const Joint& j) {
-           return j.has_friction() || !j.motors.empty() || j.lower > -kUnbounded ||
-                  j.upper < kUnbounded;
-         }) > 1;
-}
-
 int ground_of(const std::vector<MotionFrame>& frames, int frame) {
   for (int free = free_frame(frames, frame); free >= 0; free = free_frame(frames, frame))
     frame = frames[static_cast<std::size_t>(free)].parent;
@@ -31,6 +22,13 @@ std::string name_of_frame(const std::vector<MotionFrame>& frames, int frame) {
 }
 
 }  // namespace
+
+bool has_several_bounded_joints(const FreeBody& body) {
+  return std::ranges::count_if(body.joints, [](const Joint& j) {
+           return j.has_friction() || !j.motors.empty() || j.lower > -kUnbounded ||
+                  j.upper < kUnbounded;
+         }) > 1;
+}
 
 std::vector<MechanismMembers> find_mechanisms(const std::vector<MotionFrame>& frames,
                                               const std::vector<Coupling>& couplings) {

@@ -15,6 +15,7 @@
 #include "solver/contact/contact_law_batch.h"
 #include "solver/contact/patch_builder.h"
 #include "solver/core/parallel.h"
+#include "solver/dynamics/free_body.h"
 #include "solver/dynamics/mechanism.h"
 #include "solver/dynamics/rigid_body.h"
 #include "solver/state/bond_workspace.h"
@@ -137,6 +138,7 @@ struct BoundaryMotionScratch {
   std::vector<const Motion*> motions;  // of the model and of stages
   std::vector<RigidMotion> carried;    // [motions] displacement by the motions before each
   std::array<std::vector<const Motor*>, kMaxJoints> motors;  // [axes] of a free body
+  std::vector<BoundedPush> pushes;                           // of a free body
   std::vector<FrameMotion> frames;                           // at the start of the step
   std::vector<BodyLoad> loads;  // [frames] on the bodies of mechanisms then
   bool unconverged = false;     // a half-kick of a mechanism in this step; see MechanismKick

@@ -162,8 +162,9 @@ HeldAxes kick(const Model& model, State& s, const std::vector<FrameMotion>& pare
   FrameMotion& motion = s.frames[f];
   const FrameMotion before = motion;
   const FreeBodyState scene = free_body_state(model, s, parents, f, load);
-  KickResult result = integrate_free_body(*frame.free, frame.origin, motors.data(), scene, s.time,
-                                          model.timestep, half, coordinates(motion));
+  KickResult result =
+      integrate_free_body(*frame.free, frame.origin, motors.data(), scene, s.time, model.timestep,
+                          half, coordinates(motion), scratch.pushes);
   motion.driven = result.driven ? 1 : 0;
   apply_joint_limits(*frame.free, frame.origin, scene, half == HalfKick::first ? model.timestep : 0,
                      coordinates(motion), result.held);

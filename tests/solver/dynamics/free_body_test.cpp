@@ -1,6 +1,7 @@
 // Motion frames and free bodies against closed forms.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -265,6 +266,73 @@ TEST(FreeBody, TheOrderOfItsJointsDoesNotMatter) {
         EXPECT_NEAR(found[k], expected[k], 1e-9) << "member " << member << ", joint " << k;
     }
   }
+}
+
+// Slides along gravity and hinges through the center of mass, with friction F and a motor of at
+// most M. The rate u after a step minimizes inertia (u - u0)^2 / 2 + dt (F |u| + M |u - speed|).
+TEST(FreeBody, FrictionAndAMotorOfAJointActTogether) {
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> unit(0, 1);
+  constexpr double mass = 0.5, about = 2e-3, weight = mass * kGravity;
+  int sticking = 0;
+  for (int member = 0; member < 60; ++member) {
+    const bool turns = member % 2 == 1;
+    const double inertia = turns ? about : mass, load = turns ? 0 : -weight;
+    Joint joint = turns ? hinge(Vec3::UnitX()) : slider(Vec3::UnitZ());
+    joint.friction = turns ? 0.03 * unit(random) : weight * (0.5 + 1.5 * unit(random));
+    Motor motor;
+    motor.speed = 2 * unit(random) - 1;
+    motor.max_load = (turns ? 0.03 : weight) * unit(random);
+    joint.motors = {motor};
+    Solver solver(
+        scene(free_frame(mass, Vec3::Zero(), Mat3(Vec3::Constant(about).asDiagonal()), {joint})));
+    const double dt = solver.model().timestep, f = dt * joint.friction / inertia,
+                 m = dt * motor.max_load / inertia;
+    double expected = 0;
+    for (int k = 0; k < 200; ++k) {
+      const double before = expected, u0 = expected + dt * load / inertia;
+      const auto cost = [&](double u) {
+        return 0.5 * (u - u0) * (u - u0) + f * std::abs(u) + m * std::abs(u - motor.speed);
+      };
+      expected = std::min({0.0, motor.speed, u0 + f + m, u0 + f - m, u0 - f + m, u0 - f - m},
+                          [&](double a, double b) { return cost(a) < cost(b); });
+      solver.step();
+      // The half-kicks differ from a whole step where a rate reaches zero or the target.
+      ASSERT_NEAR(rate(solver), expected, f + m + dt * std::abs(load) / inertia)
+          << "member " << member << " step " << k;
+      if (expected == 0 && before == 0) {
+        ASSERT_NEAR(coordinate(solver), 0, 1e-15) << "member " << member << " step " << k;
+      }
+    }
+    if (expected == motor.speed) {
+      EXPECT_NEAR(rate(solver), motor.speed, 1e-15);
+    }
+    sticking += expected == 0 ? 1 : 0;
+  }
+  EXPECT_GE(sticking, 10);
+  EXPECT_LE(sticking, 50);
+}
+
+// Friction on a slide, and a motor of a stage on a hinge that inertia couples to it.
+TEST(FreeBody, AMotorOfAStageDoesNotMakeAStickingJointCreep) {
+  Joint slide = slider(Vec3::UnitX()), turn = hinge(Vec3::UnitY());
+  slide.friction = 5;
+  Motor motor;
+  motor.speed = 0.5;
+  motor.max_load = 0.05;
+  std::vector<double> ends;
+  for (const bool slides_first : {true, false}) {
+    const std::vector<Joint> joints =
+        slides_first ? std::vector<Joint>{slide, turn} : std::vector<Joint>{turn, slide};
+    Solver solver(
+        scene(free_frame(0.5, {0, 0, -0.05}, Mat3(Vec3::Constant(1e-3).asDiagonal()), joints)));
+    solver.add_motor(0, slides_first ? 1 : 0, motor);
+    for (int k = 0; k < 2000; ++k) solver.step();
+    EXPECT_NEAR(coordinate(solver, slides_first ? 0 : 1), 0, 1e-15);
+    ends.push_back(coordinate(solver, slides_first ? 1 : 0));
+    EXPECT_GT(ends.back(), 0.01);
+  }
+  EXPECT_NEAR(ends[0], ends[1], 1e-12);
 }
 
 TEST(FreeBody, FrictionOfABearingFollowsWhatItBears) {
