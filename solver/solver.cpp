@@ -145,6 +145,7 @@ void Solver::insert(int particle, const Vec3& center_of_mass, const Quat& orient
       shape.inertia.cwiseProduct(rotation_of(s, particle).transpose() * angular_velocity);
   s.load[particle] = BodyLoad{};
   s.presence[particle] = Presence::present;
+  begin_bonds(impl_->model, impl_->workspace.bonds, s, particle);
   s.removed_energy -= particle_energy(impl_->model, impl_->workspace, s, particle) +
                       bond_energy_of(impl_->model, impl_->workspace.bonds, s, particle);
   s.neighbor_list_invalid = true;
@@ -173,8 +174,12 @@ void Solver::remove_particle(int particle) {
 }
 
 void Solver::remove_boundary(int boundary) {
-  impl_->state.boundary_present.at(boundary) = 0;
-  impl_->state.neighbor_list_invalid = true;
+  State& s = impl_->state;
+  s.boundary_present.at(boundary) = 0;
+  const int body = static_cast<int>(impl_->model.particles.size()) + boundary;
+  s.removed_energy += bond_energy_of(impl_->model, impl_->workspace.bonds, s, body);
+  release_bonds(impl_->model, impl_->workspace.bonds, s, body);
+  s.neighbor_list_invalid = true;
   impl_->changed();
 }
 

@@ -5,6 +5,7 @@
 #include "experiments/export/export.h"
 #include "experiments/export/scene_extent.h"
 #include "experiments/meshes/wall_solids.h"
+#include "experiments/results/body_number.h"
 #include "experiments/results/bond_results.h"
 #include "experiments/storage/vtk_file.h"
 
@@ -133,9 +134,10 @@ VtkSurface bond_surface(const Case& c, const std::vector<BondOutcome>& outcomes,
   surface.fields = {{"bond", 1, {}}, {"a", 1, {}}, {"b", 1, {}}};
   for (const BondBox& bridge : intact_bonds_at(c, outcomes, time, frame)) {
     const Bond& bond = c.model.bonds[static_cast<std::size_t>(bridge.bond)];
-    append(
-        surface, body_of(box_mesh(bridge.size), Vec3::Zero()), bridge.position, bridge.orientation,
-        {static_cast<float>(bridge.bond), static_cast<float>(bond.a), static_cast<float>(bond.b)});
+    const int b = number_of_body(bond.b, c.model.particles.size());
+    append(surface, body_of(box_mesh(bridge.size), Vec3::Zero()), bridge.position,
+           bridge.orientation,
+           {static_cast<float>(bridge.bond), static_cast<float>(bond.a), static_cast<float>(b)});
   }
   return surface;
 }

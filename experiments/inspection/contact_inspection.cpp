@@ -50,13 +50,9 @@ Vec3 angular_momentum(const Solver& solver, int particle) {
 
 }  // namespace
 
-bool is_particle(const Model& model, int body) {
-  return body < static_cast<int>(model.particles.size());
-}
-
 std::string body_name(const Model& model, int body) {
   if (is_particle(model, body)) return fmt::format("particle {}", body);
-  return model.boundaries[index(body) - model.particles.size()].name;
+  return boundary_of(model, body).name;
 }
 
 int find_body(const Model& model, const std::string& text, const std::string& option) {

@@ -14,7 +14,6 @@
 namespace firn {
 
 // Bodies are numbered particles first, then boundaries, as in Contact.
-bool is_particle(const Model& model, int body);
 std::string body_name(const Model& model, int body);  // "particle 17", "floor"
 // The number of the body for the id of a particle or the name of a boundary. Throws InputError
 // `OPTION: ...` for any other text; the message lists the valid ids and names.

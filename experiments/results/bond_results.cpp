@@ -1,5 +1,7 @@
 #include "experiments/results/bond_results.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,8 +10,13 @@ namespace firn {
 
 namespace {
 
-BodyInMotion body_at(const Model& model, const Frame& frame, int particle) {
-  const auto i = static_cast<std::size_t>(particle);
+BodyInMotion at_rest(const Boundary& boundary) {
+  return {boundary.origin, Vec3::Zero(), Vec3::Zero(), boundary.orientation};
+}
+
+BodyInMotion body_at(const Model& model, const Frame& frame, int body) {
+  if (!is_particle(model, body)) return at_rest(boundary_of(model, body));
+  const auto i = static_cast<std::size_t>(body);
   const auto& q = frame.orientation[i];
   const Shape& shape = model.shapes[static_cast<std::size_t>(model.particles[i].shape)];
   return {Vec3(frame.position[i].data()), Vec3::Zero(), Vec3::Zero(),
@@ -17,6 +24,21 @@ BodyInMotion body_at(const Model& model, const Frame& frame, int particle) {
 }
 
 }  // namespace
+
+bool BondOutcome::is_broken() const {
+  return !std::isnan(time) && mode != to_string(BondMode::lifetime);
+}
+
+Vec3 end_on_boundary(const Model& model, const Bond& bond) {
+  const Boundary& boundary = boundary_of(model, bond.b);
+  return boundary.origin + boundary.orientation * bond.end_b;
+}
+
+std::string bodies_text(const Model& model, const BondOutcome& outcome) {
+  if (outcome.b >= 0) return fmt::format("particles {} and {}", outcome.a, outcome.b);
+  return fmt::format("particle {} and boundary \"{}\"", outcome.a,
+                     model.boundaries[index(-1 - outcome.b)].name);
+}
 
 std::vector<BondOutcome> bond_outcomes(const Recording& recording) {
   if (!recording.contains("/bonds/a")) return {};
@@ -39,8 +61,9 @@ std::vector<BondBox> intact_bonds_at(const Case& c, const std::vector<BondOutcom
   std::vector<BondBox> bridges;
   for (std::size_t k = 0; k < outcomes.size(); ++k) {
     const Bond& bond = model.bonds[k];
-    const auto present = [&](int particle) {
-      return !std::isnan(frame.position[static_cast<std::size_t>(particle)][0]);
+    const auto present = [&](int body) {
+      return !is_particle(model, body) ||
+             !std::isnan(frame.position[static_cast<std::size_t>(body)][0]);
     };
     if (outcomes[k].time <= time || !present(bond.a) || !present(bond.b)) continue;
     const BeamLaw& law = model.beams[static_cast<std::size_t>(bond.law)];
@@ -59,14 +82,14 @@ std::vector<Response> bond_responses(const Recording& recording, const Case& c) 
   constexpr std::array<BondMode, 4> kModes = {BondMode::tension, BondMode::bending, BondMode::shear,
                                               BondMode::torsion};
   const std::vector<double> inserted = recording.insert_time();
-  const auto came = [&](int particle) {
-    return !std::isnan(inserted[static_cast<std::size_t>(particle)]);
+  const auto came = [&](int body) {
+    return body < 0 || !std::isnan(inserted[static_cast<std::size_t>(body)]);
   };
   double joined = 0;
   std::vector<double> times, by_mode(kModes.size(), 0);
   for (const BondOutcome& one : outcomes) {
     joined += came(one.a) && came(one.b) ? 1 : 0;
-    if (std::isnan(one.time)) continue;
+    if (!one.is_broken()) continue;
     times.push_back(one.time);
     for (std::size_t m = 0; m < kModes.size(); ++m)
       by_mode[m] += one.mode == to_string(kModes[m]) ? 1 : 0;

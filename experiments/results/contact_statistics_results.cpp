@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "experiments/results/body_number.h"
 #include "firn/mesh.h"
 
 namespace firn {
@@ -97,11 +98,6 @@ void for_each_table(const Case& c, const StatisticsRows& rows, const Visit& visi
   }
 }
 
-// Bodies in a file: the id of a particle, or -1 - the number of a boundary in order of the case.
-double number_of_body(std::int32_t body, std::size_t particles) {
-  const auto n = static_cast<std::int32_t>(particles);
-  return body < n ? body : n - 1 - body;
-}
 void append_events(hdf5::File& file, std::vector<ContactEvent> events, std::size_t particles) {
   if (events.empty()) return;
   std::vector<double> values;
@@ -168,7 +164,8 @@ void write_opposed(hdf5::File& file, const std::vector<CompressiveLoad>& loads) 
   for (const std::size_t k : {0, 1}) {
     write_field(file, fmt::format("/particles/compressive_load_body_{}", k), "1", all, span,
                 [&](const CompressiveLoad& o) {
-                  return o.load > 0 ? number_of_body(o.bodies[k], loads.size()) : NAN;
+                  return o.load > 0 ? static_cast<double>(number_of_body(o.bodies[k], loads.size()))
+                                    : NAN;
                 });
   }
 }

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "experiments/analysis/sample_statistics.h"
+#include "experiments/results/body_number.h"
 #include "experiments/results/contact_statistics_results.h"
 #include "experiments/results/results_schema.h"
 #include "experiments/storage/version.h"
@@ -303,14 +304,15 @@ void write_bonds(hdf5::File& file, const Case& c, const std::vector<BondRecord>&
   for (std::size_t k = 0; k < model.bonds.size(); ++k) {
     const Bond& bond = model.bonds[k];
     const BondRecord record = records.empty() ? BondRecord{} : records[k];
-    const bool broken = record.mode != BondMode::intact && record.mode != BondMode::removed;
+    const bool ended = record.mode != BondMode::intact && record.mode != BondMode::removed,
+               broken = ended && record.mode != BondMode::lifetime;
     law.push_back(model.beams[static_cast<std::size_t>(bond.law)].name);
     a.push_back(bond.a);
-    b.push_back(bond.b);
+    b.push_back(number_of_body(bond.b, model.particles.size()));
     mode.emplace_back(to_string(record.mode));
-    time.push_back(broken ? record.time : kNaN);
+    time.push_back(ended ? record.time : kNaN);
     stress.push_back(broken ? record.stress : kNaN);
-    for (int axis = 0; axis < 3; ++axis) place.push_back(broken ? record.position[axis] : kNaN);
+    for (int axis = 0; axis < 3; ++axis) place.push_back(ended ? record.position[axis] : kNaN);
   }
   const hdf5::Shape all{a.size()};
   file.write_strings("/bonds/name", law);

@@ -106,6 +106,7 @@ std::string range_text(Rule rule, const Limits& limits) {
     case R::index_or_none:
       return fmt::format("-1 ... {}", limits.count - 1);
     case R::body:
+      if (std::isinf(limits.boundaries)) return fmt::format("{} or less", limits.count - 1);
       return fmt::format("{} ... {}", -limits.boundaries, limits.count - 1);
     case R::body_or_nan:
       return range_text(R::body, limits) + ", or NaN";

@@ -14,7 +14,7 @@ namespace firn::results {
 // Bounds of indices, from lengths that are known.
 struct Limits {
   double count = 0;       // one above the largest index
-  double boundaries = 0;  // of the rules for bodies
+  double boundaries = 0;  // of the rules for bodies; infinite: not known
 };
 
 // `length` is that of the symbol which the rule names.

@@ -45,7 +45,10 @@ const FirnReplayData = (() => {
     facts.left = seconds(facts.left);
     for (const sensor of facts.sensors) sensor.time = seconds(sensor.time);
     for (const stage of facts.stages) stage.start *= MICRO;
-    for (const bond of facts.bonds) bond.broken = bond.broken === null ? Infinity : bond.broken * MICRO;
+    for (const bond of facts.bonds) {
+      bond.broken = bond.broken === null ? Infinity : bond.broken * MICRO;
+      if (bond.end) bond.end = bond.end.map((v) => v * MICRO);
+    }
     const parts = facts.shapes.flatMap((shape) => shape.parts || []);
     for (const mesh of [...facts.shapes, ...facts.boundaries, ...facts.maps, ...parts]) {
       mesh.vertices = Float32Array.from(mesh.vertices, (v) => v * MICRO);

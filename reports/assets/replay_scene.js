@@ -305,10 +305,9 @@ const FirnReplayScene = (() => {
       let n = 0;
       for (const bond of r.bonds) {
         if (bond.broken <= t) continue;
-        const ends = [bond.a, bond.b].map((id) => {
-          const there = r.pose(t, frame, id, this.position, this.quaternion);
-          return there ? [...this.position] : null;
-        });
+        const center = (id) => r.pose(t, frame, id, this.position, this.quaternion) ? [...this.position] : null;
+        // A bond to a boundary has an end in place of a second body.
+        const ends = [center(bond.a), bond.end || center(bond.b)];
         if (!ends[0] || !ends[1]) continue;
         out.array.set(ends[0], 3 * n++);
         out.array.set(ends[1], 3 * n++);

@@ -148,17 +148,17 @@ void figures_section(const std::string& title, const std::vector<page::Figure>& 
   if (!figures.empty()) page.section(title).figures(figures);
 }
 
-void bonds_section(const Recording& recording, page::Page& page) {
+void bonds_section(const Recording& recording, const Case& c, page::Page& page) {
   const std::vector<BondOutcome> bonds = bond_outcomes(recording);
   if (bonds.empty()) return;
   std::map<std::string, std::size_t> modes;
   page::Table table;
-  table.caption = "Bonds that broke or parted";
+  table.caption = "Bonds that broke or ended";
   table.columns = {{"bond", ""}, {"between", ""}, {"by", ""}, {"at", "s"}, {"stress", "kPa"}};
   for (const BondOutcome& b : bonds) {
     ++modes[b.mode];
     if (b.mode == "intact") continue;
-    table.rows.push_back({b.name, fmt::format("{} and {}", b.a, b.b), b.mode,
+    table.rows.push_back({b.name, bodies_text(c.model, b), b.mode,
                           std::isfinite(b.time) ? Cell(b.time) : Cell(""),
                           std::isfinite(b.stress) ? Cell(1e-3 * b.stress, 3) : Cell("")});
   }
@@ -243,7 +243,7 @@ page::Page run_page(const std::string& results_file, const ReplayViewOptions& op
   figures_section("Loads on boundaries", load_figures(recording, c), page);
   figures_section("Moving parts", motion_figures(recording, c), page);
   figures_section("Energy", energy_figures(recording), page);
-  bonds_section(recording, page);
+  bonds_section(recording, c, page);
   diagnostics_section(recording, c, page);
   case_section(recording, c, page);
   page.set_footer(fmt::format("Made from {} by Firn {}.",

@@ -115,8 +115,18 @@ Json shape_maps_json(const Recording& recording) {
 Json bonds_json(const Recording& recording, const Case& c) {
   Json bonds = Json::array();
   if (c.model.bonds.empty()) return bonds;
-  for (const BondOutcome& b : bond_outcomes(recording))
-    bonds.push_back({{"a", b.a}, {"b", b.b}, {"broken", micro(b.time)}});
+  const std::vector<BondOutcome> outcomes = bond_outcomes(recording);
+  for (std::size_t k = 0; k < outcomes.size(); ++k) {
+    const Bond& bond = c.model.bonds[k];
+    Json one = {{"a", bond.a}, {"broken", micro(outcomes[k].time)}};
+    if (is_particle(c.model, bond.b)) {
+      one["b"] = bond.b;
+    } else {
+      const Vec3 end = end_on_boundary(c.model, bond);
+      one["end"] = {micro(end.x()), micro(end.y()), micro(end.z())};
+    }
+    bonds.push_back(one);
+  }
   return bonds;
 }
 

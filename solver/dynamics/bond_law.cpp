@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "firn/bond.h"
@@ -101,6 +102,17 @@ Bond make_bond(int a, int b, int law, double length, const BodyInMotion& at_a,
   bond.axes_a = (to_a * Quat(axes)).normalized();
   bond.axes_b = (to_b * Quat(axes)).normalized();
   return bond;
+}
+
+const Shape& immovable_shape() {
+  static const Shape shape = [] {
+    constexpr double kInfinite = std::numeric_limits<double>::infinity();
+    Shape s;
+    s.mass = kInfinite;
+    s.inertia = Vec3::Constant(kInfinite);
+    return s;
+  }();
+  return shape;
 }
 
 BeamSprings stiffness_of(const BeamLaw& law) {
@@ -241,6 +253,8 @@ const char* to_string(BondMode mode) {
       return "torsion";
     case BondMode::removed:
       return "removed";
+    case BondMode::lifetime:
+      return "lifetime";
   }
   return "unknown";
 }

@@ -1,6 +1,8 @@
 // Checks of the bonds of a model.
 #pragma once
 
+#include <string>
+
 #include "firn/model.h"
 
 namespace firn {
@@ -13,5 +15,7 @@ struct FastestBond {
   double frequency = 0;  // rad/s
 };
 FastestBond fastest_bond(const Model& model);
+// For messages: "particles 1 and 2", "particle 1 and boundary \"mold\"".
+std::string ends_text(const Model& model, const Bond& bond);
 
 }  // namespace firn

@@ -152,8 +152,9 @@ TimestepAdvice advise_timestep(const Model& model, double steps) {
   if (fastest.bond >= 0) {
     swings(fastest.frequency, [&] {
       const Bond& bond = model.bonds[static_cast<std::size_t>(fastest.bond)];
-      return fmt::format("the bond \"{}\" between particles {} and {}",
-                         model.beams[static_cast<std::size_t>(bond.law)].name, bond.a, bond.b);
+      return fmt::format("the bond \"{}\" between {}",
+                         model.beams[static_cast<std::size_t>(bond.law)].name,
+                         ends_text(model, bond));
     });
   }
   return advice;

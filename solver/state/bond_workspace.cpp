@@ -6,7 +6,7 @@ namespace {
 
 BeamDampers dampers_of(const Model& model, const Bond& bond) {
   const BeamLaw& law = model.beams[bond.law];
-  const Shape &a = shape_of(model, bond.a), &b = shape_of(model, bond.b);
+  const Shape &a = shape_of(model, bond.a), &b = bonded_shape(model, bond.b);
   const BeamSprings c = damping_of(law, bond, a, b);
   BeamDampers out;
   out.constants << c.linear, c.angular;
@@ -19,7 +19,7 @@ BeamDampers dampers_of(const Model& model, const Bond& bond) {
 }  // namespace
 
 BondWorkspace::BondWorkspace(const Model& model)
-    : first(model.particles.size() + 1, 0),
+    : first(model.particles.size() + model.boundaries.size() + 1, 0),
       ends(2 * model.bonds.size()),
       lost(model.bonds.size(), 0) {
   for (const Bond& b : model.bonds) {

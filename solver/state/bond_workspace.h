@@ -19,9 +19,9 @@ struct BondWorkspace {
 
   std::vector<BeamSprings> stiffness;  // [bonds]
   std::vector<BeamDampers> dampers;    // [bonds]
-  // The bonds of particle i are ends[first[i]] ... ends[first[i + 1] - 1], ascending: twice the
-  // number of the bond, and 1 more for its end b.
-  std::vector<std::uint32_t> first;  // [particles + 1]
+  // The bonds of body i are ends[first[i]] ... ends[first[i + 1] - 1], ascending: twice the number
+  // of the bond, and 1 more for its end b.
+  std::vector<std::uint32_t> first;  // [particles + boundaries + 1]
   std::vector<std::uint32_t> ends;   // [2 * bonds]
   std::vector<double> lost;          // [bonds] J, in the present step
 };

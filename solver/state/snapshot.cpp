@@ -13,7 +13,7 @@ namespace firn {
 
 namespace {
 
-constexpr std::uint64_t kMagic = 0x4e5249460000000b;  // "FIRN" and the layout's version
+constexpr std::uint64_t kMagic = 0x4e5249460000000c;  // "FIRN" and the layout's version
 
 // The same walk over the state writes and reads it.
 class Writer {
@@ -255,7 +255,7 @@ std::vector<double> fingerprint(const Model& model) {
   }
   for (const BeamLaw& b : model.beams) {
     f.insert(f.end(), {b.section.area, b.length, b.young_modulus, b.shear_modulus,
-                       b.tensile_strength, b.shear_strength, b.damping_ratio});
+                       b.tensile_strength, b.shear_strength, b.damping_ratio, b.lifetime});
   }
   for (const Bond& b : model.bonds) f.insert(f.end(), {double(b.a), double(b.b), double(b.law)});
   for (const Shape& s : model.shapes) {

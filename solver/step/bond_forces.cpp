@@ -11,15 +11,16 @@ namespace {
 
 constexpr std::size_t kBondsPerTask = 64;  // bonds a task
 
-BodyInMotion body(const State& s, int particle) {
-  const BodyMotion& m = s.motion[particle];
-  return {m.position, m.velocity, m.angular_velocity, s.orientation[particle]};
+BodyInMotion body(const State& s, int body) {
+  const BodyMotion& m = s.motion[body];
+  return {m.position, m.velocity, m.angular_velocity, s.orientation[body]};
 }
 
 bool acts(const Model& model, const State& s, std::size_t bond) {
   const Bond& b = model.bonds[bond];
+  // The bonds of a boundary that is removed are not intact.
   return s.bonds[bond].mode == BondMode::intact && s.presence[b.a] == Presence::present &&
-         s.presence[b.b] == Presence::present;
+         (!is_particle(model, b.b) || s.presence[b.b] == Presence::present);
 }
 
 Vec3 middle_of(const BodyInMotion& a, const BeamPose& pose) {
@@ -34,11 +35,11 @@ double energy_now(const Model& model, const BondWorkspace& w, const State& s, st
 }
 
 // The body with its accelerations by a load in the place of its velocities.
-BodyInMotion accelerated(const Model& model, const State& s, int particle, const Vec3& force,
+BodyInMotion accelerated(const Model& model, const State& s, int body, const Vec3& force,
                          const Vec3& torque) {
-  const Shape& shape = shape_of(model, particle);
-  const Quat& q = s.orientation[particle];
-  return {s.motion[particle].position, force / shape.mass,
+  const Shape& shape = bonded_shape(model, body);
+  const Quat& q = s.orientation[body];
+  return {s.motion[body].position, force / shape.mass,
           q * Vec3((q.conjugate() * torque).cwiseQuotient(shape.inertia)), q};
 }
 
@@ -54,12 +55,16 @@ Vec6 accelerations(const Model& model, const State& s, const Bond& bond, const B
 // of the full step lack half a kick by all forces. That of the bond itself, damper included, is
 // taken implicitly. That of everything else is taken from the step before: State::load and
 // State::bond_loads are still those. So force and deformation belong to the same time to second
-// order.
+// order. Gravity counts for a bond to a boundary; it accelerates two particles alike.
 double add_damping(const Model& model, const BeamDampers& dampers, const State& s,
                    std::size_t number, const BeamPose& pose, BeamForces& forces) {
   const Bond& bond = model.bonds[number];
   const double half = 0.5 * model.timestep;
-  const BodyLoad &on_a = s.load[bond.a], &on_b = s.load[bond.b];
+  BodyLoad on_a = s.load[bond.a], on_b;
+  if (is_particle(model, bond.b))
+    on_b = s.load[bond.b];
+  else
+    on_a.force += shape_of(model, bond.a).mass * model.gravity;
   const BeamLoad& own = s.bond_loads[number];
   const Vec6 others = rates_of(
       pose, accelerated(model, s, bond.a, on_a.force - own.force, on_a.torque - own.moment_a),
@@ -80,6 +85,13 @@ double add_damping(const Model& model, const BeamDampers& dampers, const State& 
   return dampers.constants.dot(rates.cwiseAbs2());
 }
 
+// What breaks a bond, Pa.
+double breaking_stress(const BeamStress& stress, BondMode mode) {
+  if (mode == BondMode::tension || mode == BondMode::bending)
+    return stress.tension + stress.bending;
+  return stress.shear + stress.torsion;
+}
+
 BeamLoad strained(const Model& model, BondWorkspace& w, State& s, std::size_t number) {
   w.lost[number] = 0;
   if (!acts(model, s, number)) return {};
@@ -89,12 +101,12 @@ BeamLoad strained(const Model& model, BondWorkspace& w, State& s, std::size_t nu
   const BeamPose pose = pose_of(law, bond, a, b);
   BeamForces forces = elastic_forces(w.stiffness[number], pose);
   const BeamStress stress = stress_of(law, forces);
-  const BondMode mode = failure_mode(law, stress);
+  BondRecord& record = s.bonds[number];
+  const double now = static_cast<double>(s.steps + 1) * model.timestep;
+  const bool over = now - record.made > law.lifetime - 0.5 * model.timestep;
+  const BondMode mode = over ? BondMode::lifetime : failure_mode(law, stress);
   if (mode != BondMode::intact) {
-    const bool pulled = mode == BondMode::tension || mode == BondMode::bending;
-    s.bonds[number] = {mode, static_cast<double>(s.steps + 1) * model.timestep,
-                       pulled ? stress.tension + stress.bending : stress.shear + stress.torsion,
-                       middle_of(a, pose)};
+    record = {mode, now, over ? 0 : breaking_stress(stress, mode), middle_of(a, pose), record.made};
     w.lost[number] = elastic_energy(w.stiffness[number], pose);
     return {};
   }
@@ -105,10 +117,10 @@ BeamLoad strained(const Model& model, BondWorkspace& w, State& s, std::size_t nu
   return load_of(pose, forces);
 }
 
-// Calls visit(bond, is_b) for the bonds of a particle.
+// Calls visit(bond, is_b) for the bonds of a body.
 template <class Visit>
-void for_bonds_of(const BondWorkspace& w, int particle, const Visit& visit) {
-  for (std::uint32_t k = w.first[particle]; k < w.first[particle + 1]; ++k)
+void for_bonds_of(const BondWorkspace& w, int body, const Visit& visit) {
+  for (std::uint32_t k = w.first[body]; k < w.first[body + 1]; ++k)
     visit(w.ends[k] / 2, w.ends[k] % 2 != 0);
 }
 
@@ -141,17 +153,23 @@ double bond_energy(const Model& model, const BondWorkspace& w, const State& s) {
   return sum;
 }
 
-double bond_energy_of(const Model& model, const BondWorkspace& w, const State& s, int particle) {
+double bond_energy_of(const Model& model, const BondWorkspace& w, const State& s, int body) {
   double sum = 0;
-  for_bonds_of(w, particle, [&](std::size_t k, bool) { sum += energy_now(model, w, s, k); });
+  for_bonds_of(w, body, [&](std::size_t k, bool) { sum += energy_now(model, w, s, k); });
   return sum;
 }
 
-void release_bonds(const Model& model, const BondWorkspace& w, State& s, int particle) {
+void begin_bonds(const Model& model, const BondWorkspace& w, State& s, int particle) {
   for_bonds_of(w, particle, [&](std::size_t k, bool) {
+    if (acts(model, s, k)) s.bonds[k].made = s.time;
+  });
+}
+
+void release_bonds(const Model& model, const BondWorkspace& w, State& s, int body) {
+  for_bonds_of(w, body, [&](std::size_t k, bool) {
     if (s.bonds[k].mode != BondMode::intact) return;
     const BondState now = bond_state(model, w, s, k);
-    s.bonds[k] = {BondMode::removed, s.time, 0, now.middle};
+    s.bonds[k] = {BondMode::removed, s.time, 0, now.middle, s.bonds[k].made};
   });
 }
 

@@ -11,9 +11,11 @@
 #include <unordered_map>
 #include <utility>
 
+#include "experiments/case_reader/model/boundaries.h"
 #include "experiments/case_reader/model/shapes.h"
 #include "experiments/case_reader/process/insertion.h"
 #include "experiments/case_reader/process/sintering.h"
+#include "experiments/text/units.h"
 #include "firn/distance.h"
 #include "firn/solver.h"
 
@@ -22,7 +24,7 @@ namespace {
 
 // A body as it stands when its bridge freezes.
 struct Standing {
-  int particle = 0;
+  int body = 0;  // particle, or number of particles + boundary
   BodyInMotion at;
 };
 using Couple = std::array<Standing, 2>;
@@ -33,58 +35,100 @@ Standing supported_particle(const Model& model, int particle, const Vec3& positi
   return {particle, {position, Vec3::Zero(), Vec3::Zero(), body}};
 }
 
-// Neighbors in the order of a batch's places, batch by batch.
-std::vector<Couple> pairs_from_inlet(const TomlTable& t, const Case& c) {
+// The bodies of an inlet, batch by batch in the order of its places.
+struct InletBodies {
+  std::size_t places = 0;  // of a batch
+  std::vector<Standing> bodies;
+};
+InletBodies read_inlet_bodies(const TomlTable& t, const Case& c) {
   const std::string name = t.string("inlet");
   const auto source = std::ranges::find(c.inlets, name, &Inlet::name);
   if (source == c.inlets.end())
     t.fail("inlet", fmt::format("\"{}\" is not an inlet of the case; expected the name of one of "
                                 "[[inlets]]",
                                 name));
-  const std::size_t places = source->positions.size();
-  if (places < 2) t.fail("inlet", "places one body at a time; expected several, to be joined");
+  InletBodies inlet{source->positions.size(), {}};
   int particle = first_inlet_particles(c)[static_cast<std::size_t>(source - c.inlets.begin())];
-  std::vector<Couple> couples;
   for (int batch = 0; batch < source->batches; ++batch) {
-    Standing before;
-    for (std::size_t place = 0; place < places; ++place, ++particle) {
+    for (std::size_t place = 0; place < inlet.places; ++place, ++particle) {
       const InletPose pose = inlet_pose(*source, place, particle, c.seed);
-      const Standing now = supported_particle(c.model, particle, pose.position, pose.orientation);
-      if (place > 0) couples.push_back({before, now});
-      before = now;
+      inlet.bodies.push_back(
+          supported_particle(c.model, particle, pose.position, pose.orientation));
     }
   }
+  return inlet;
+}
+
+std::vector<Couple> neighbors_in_inlet(const TomlTable& t, const Case& c) {
+  const InletBodies inlet = read_inlet_bodies(t, c);
+  if (inlet.places < 2)
+    t.fail("inlet", "places one body at a time; expected several, to be joined");
+  std::vector<Couple> couples;
+  for (std::size_t k = 1; k < inlet.bodies.size(); ++k)
+    if (k % inlet.places != 0) couples.push_back({inlet.bodies[k - 1], inlet.bodies[k]});
   return couples;
 }
 
-// Pairs of [[particles]], by their numbers or by tags that one of them carries each.
-std::vector<Couple> couples_of_pairs(const TomlTable& t, const Case& c, std::string_view key) {
-  std::unordered_multimap<int, const Case::InitialParticle*> bodies;
-  for (const Case::InitialParticle& p : c.placed)
-    bodies.emplace(key == "tags" ? c.model.particles[index(p.particle)].tag : p.particle, &p);
-  const auto find = [&](int number) {
-    const std::size_t count = bodies.count(number);
+// The bodies of [[particles]] that a key of the table selects by their numbers, or with the key
+// "tags" by tags that one of them carries each.
+class PlacedBodies {
+ public:
+  PlacedBodies(const TomlTable& t, const Case& c, std::string_view key)
+      : table_(t), model_(c.model), key_(key) {
+    for (const Case::InitialParticle& p : c.placed)
+      bodies_.emplace(by_tag() ? model_.particles[index(p.particle)].tag : p.particle, &p);
+  }
+
+  Standing find(int number) const {
+    const std::size_t count = bodies_.count(number);
     if (count != 1)
-      t.fail(key, fmt::format("{} is {} of {} bodies; expected that of exactly one under "
-                              "[[particles]]",
-                              number, key == "tags" ? "the tag" : "the number", count));
-    const Case::InitialParticle& p = *bodies.find(number)->second;
-    return supported_particle(c.model, p.particle, p.position, p.orientation);
-  };
+      table_.fail(key_, fmt::format("{} is {} of {} bodies; expected that of exactly one under "
+                                    "[[particles]]",
+                                    number, by_tag() ? "the tag" : "the number", count));
+    const Case::InitialParticle& p = *bodies_.find(number)->second;
+    return supported_particle(model_, p.particle, p.position, p.orientation);
+  }
+
+ private:
+  bool by_tag() const { return key_ == "tags"; }
+
+  const TomlTable& table_;
+  const Model& model_;
+  std::string_view key_;
+  std::unordered_multimap<int, const Case::InitialParticle*> bodies_;
+};
+
+std::vector<Couple> couples_of_pairs(const TomlTable& t, const Case& c, std::string_view key) {
+  const PlacedBodies bodies(t, c, key);
   std::vector<Couple> couples;
   std::set<std::pair<int, int>> joined;
   for (const auto& [a, b] : t.integer_pairs(key)) {
     if (a == b) t.fail(key, fmt::format("joins {} with itself; expected two bodies", a));
     if (!joined.insert(std::minmax(a, b)).second)
       t.fail(key, fmt::format("joins {} and {} twice; expected each pair once", a, b));
-    couples.push_back({find(a), find(b)});
+    couples.push_back({bodies.find(a), bodies.find(b)});
   }
   return couples;
 }
 
 std::vector<Couple> read_couples(const TomlTable& t, const Case& c) {
-  if (t.has("inlet")) return pairs_from_inlet(t, c);
+  if (t.has("inlet")) return neighbors_in_inlet(t, c);
   return couples_of_pairs(t, c, t.has("pairs") ? "pairs" : "tags");
+}
+
+// The bodies that are joined to a boundary.
+std::vector<Standing> read_single_bodies(const TomlTable& t, const Case& c) {
+  if (t.has("inlet")) return read_inlet_bodies(t, c).bodies;
+  const PlacedBodies bodies(t, c, "particles");
+  std::vector<Standing> out;
+  std::set<int> joined;
+  for (const int number : t.integers("particles")) {
+    if (!joined.insert(number).second)
+      t.fail("particles", fmt::format("joins {} twice; expected each body once", number));
+    out.push_back(bodies.find(number));
+  }
+  if (out.empty()) t.fail("particles", "is empty; expected numbers of bodies of [[particles]]");
+  return out;
 }
 
 // A bond before it is made: about a place, along an axis from the first body to the second.
@@ -95,12 +139,18 @@ struct PlannedBond {
 };
 
 // m, from a point in body axes to the surface; 0 within.
-double distance_to(const Shape& shape, const Vec3& point) {
+double distance_to(const std::vector<ConvexPart>& parts, const Vec3& point) {
   double least = std::numeric_limits<double>::infinity();
   const ConvexPart there = sphere_part(point, 0);
-  for (const ConvexPart& part : shape.parts)
+  for (const ConvexPart& part : parts)
     least = std::min(least, core_distance(part, there, Pose{}) - part.radius);
   return std::max(0.0, least);
+}
+double distance_to(const Model& model, int body, const Vec3& point) {
+  if (is_particle(model, body)) return distance_to(shape_of(model, body).parts, point);
+  const Boundary& boundary = boundary_of(model, body);
+  return boundary.kind == Boundary::Kind::plane ? std::max(0.0, point.z())
+                                                : distance_to(boundary.parts, point);
 }
 
 // The middle of the contact; if it lies in the air, such as between the two rims of a dish, the
@@ -109,7 +159,7 @@ Vec3 neck_position(const Model& model, const Contact& contact, const Couple& bod
   constexpr double kRoundingError = 1e-9;  // m
   const bool in_the_air = std::ranges::any_of(bodies, [&](const Standing& body) {
     const Vec3 point = body.at.orientation.conjugate() * (contact.position - body.at.position);
-    return distance_to(shape_of(model, body.particle), point) > kRoundingError;
+    return distance_to(model, body.body, point) > kRoundingError;
   });
   if (!in_the_air) return contact.position;
   return std::ranges::min_element(contact.points, {}, &ContactPointInfo::gap)->position;
@@ -149,13 +199,27 @@ std::vector<PlannedBond> bonds_at_contacts(const TomlTable& t, const Case& c) {
   return planned;
 }
 
-bool at_contacts(const TomlTable& t) {
-  constexpr std::array<std::string_view, 4> kWays = {"inlet", "pairs", "tags", "contacts"};
-  const auto given = std::ranges::count_if(kWays, [&](std::string_view key) { return t.has(key); });
+// Exactly one key selects the bodies.
+void check_selection(const TomlTable& t) {
+  std::vector<std::string_view> ways = {"inlet", "pairs", "tags", "contacts"};
+  if (t.has("boundary")) {
+    ways = {"inlet", "particles"};
+    for (const char* key : {"pairs", "tags", "contacts"})
+      if (t.has(key))
+        t.fail(key, "is not a key of bonds to a boundary; expected inlet or particles");
+    if (t.has("mold"))
+      t.fail("mold", "is not a key of bonds to a boundary; expected a radius, or width and height");
+  } else {
+    for (const char* key : {"particles", "direction"})
+      if (t.has(key)) t.fail(key, "is a key of bonds to a boundary; expected boundary with it");
+  }
+  const auto given = std::ranges::count_if(ways, [&](std::string_view key) { return t.has(key); });
   if (given != 1)
-    t.fail("", fmt::format("has {} keys that select the bodies; expected exactly one of inlet, "
-                           "pairs, tags, contacts",
-                           given));
+    t.fail("", fmt::format("has {} keys that select the bodies; expected exactly one of {}", given,
+                           comma_list(ways)));
+}
+
+bool at_contacts(const TomlTable& t) {
   if (!t.has("contacts")) return false;
   if (!t.boolean("contacts", true)) t.fail("contacts", "is false; expected true, or no such key");
   for (const char* key : {"position", "height_direction", "mold", "width", "height"})
@@ -273,6 +337,8 @@ BeamLaw read_law(const TomlTable& root, const TomlTable& t, const Material& mate
                           ? t.quantity("shear_modulus", dimension::pressure, Sign::positive)
                           : law.young_modulus / (2 * (1 + poisson_ratio));
   read_geometry(root, t, poisson_ratio, law);
+  law.lifetime = t.optional_quantity("lifetime", dimension::time, Sign::positive)
+                     .value_or(std::numeric_limits<double>::infinity());
   law.tensile_strength = t.quantity("tensile_strength", dimension::pressure, Sign::positive);
   law.shear_strength = t.quantity("shear_strength", dimension::pressure, Sign::positive);
   law.damping_ratio = t.number("damping_ratio", 0.05);
@@ -281,34 +347,98 @@ BeamLaw read_law(const TomlTable& root, const TomlTable& t, const Material& mate
   return law;
 }
 
+std::string body_text(const Model& model, int body) {
+  return is_particle(model, body) ? fmt::format("particle {}", body)
+                                  : fmt::format("boundary \"{}\"", boundary_of(model, body).name);
+}
+// "the bridge from particle 0 to 1", "the bridge from particle 0 to boundary "mold"".
+std::string bridge_text(const Model& model, int a, int b) {
+  return fmt::format("the bridge from particle {} to {}", a,
+                     is_particle(model, b) ? fmt::format("{}", b) : body_text(model, b));
+}
+
 // Refuses a bond whose section does not reach both bodies.
 void check_reach(const TomlTable& t, const Model& model, const Bond& bond, const BeamLaw& law) {
   const double reach = 2 * std::max(law.section.half_width, law.section.half_height);
-  const auto check = [&](int particle, const Vec3& end) {
-    const double off = distance_to(shape_of(model, particle), end);
+  const auto check = [&](int body, const Vec3& end) {
+    const double off = distance_to(model, body, end);
     if (off <= reach) return;
-    t.fail("length", fmt::format("the bridge from particle {} to {} ends {:.4g} mm off particle "
-                                 "{}; expected neighbors, a bridge that comes to within {:.4g} mm "
-                                 "of both",
-                                 bond.a, bond.b, 1e3 * off, particle, 1e3 * reach));
+    t.fail("length", fmt::format("{} ends {:.4g} mm off {}; expected neighbors, a bridge that "
+                                 "comes to within {:.4g} mm of both",
+                                 bridge_text(model, bond.a, bond.b), 1e3 * off,
+                                 body_text(model, body), 1e3 * reach));
   };
   check(bond.a, bond.end_a);
   check(bond.b, bond.end_b);
 }
 
+// `middle` and `axis`: world; `position` (m, from `middle`) and `height`: shape axes of the first
+// body.
 PlannedBond bond_between(const TomlTable& t, const Model& model, const Couple& couple,
-                         const Vec3& position, const Vec3& height) {
-  const auto& [a, b] = couple;
-  const Quat shape_a = a.at.orientation * shape_of(model, a.particle).shape_from_body.conjugate();
-  const Vec3 axis = b.at.position - a.at.position, up = shape_a * height;
+                         const Vec3& middle, const Vec3& axis, const Vec3& position,
+                         const Vec3& height) {
+  const Standing& a = couple[0];
+  const Quat shape_a = a.at.orientation * shape_of(model, a.body).shape_from_body.conjugate();
+  const Vec3 up = shape_a * height;
   if (!(axis.cross(up).norm() > 0.1 * axis.norm()))
-    t.fail("height_direction", fmt::format("runs along the bridge from particle {} to {}; expected "
-                                           "a direction across it, in shape axes of the first",
-                                           a.particle, b.particle));
-  return {couple, 0.5 * (a.at.position + b.at.position) + shape_a * position, axis, up};
+    t.fail("height_direction", fmt::format("runs along {}; expected a direction across it, in "
+                                           "shape axes of the first",
+                                           bridge_text(model, a.body, couple[1].body)));
+  return {couple, middle + shape_a * position, axis, up};
+}
+
+// The number in the model of a boundary that nothing moves or removes.
+int read_fixed_boundary(const TomlTable& t, const Case& c) {
+  const int number = boundary_index(t, "boundary", t.string("boundary"), c.model.boundaries);
+  const Boundary& boundary = c.model.boundaries[index(number)];
+  const auto refuse = [&](const std::string& why) {
+    t.fail("boundary",
+           fmt::format("\"{}\" {}; expected one without motion frame and motions, which no stage "
+                       "moves or removes",
+                       boundary.name, why));
+  };
+  if (boundary.frame >= 0)
+    refuse(
+        fmt::format("is on the motion frame \"{}\"", c.model.frames[index(boundary.frame)].name));
+  if (!boundary.motions.empty()) refuse("has motions");
+  for (const Stage& stage : c.stages) {
+    if (std::ranges::find(stage.motions, number, &Stage::StartedMotion::boundary) !=
+        stage.motions.end())
+      refuse(fmt::format("is moved by the stage \"{}\"", stage.name));
+    if (std::ranges::find(stage.remove, boundary.name) != stage.remove.end())
+      refuse(fmt::format("is removed by the stage \"{}\"", stage.name));
+  }
+  return number;
+}
+
+std::vector<PlannedBond> bonds_to_boundary(const TomlTable& t, const Case& c) {
+  const Model& model = c.model;
+  const int number = read_fixed_boundary(t, c);
+  const Boundary& boundary = model.boundaries[index(number)];
+  const Standing wall = {static_cast<int>(model.particles.size()) + number,
+                         {boundary.origin, Vec3::Zero(), Vec3::Zero(), boundary.orientation}};
+  const Vec3 position = t.vector("position", dimension::length, "0 0 0 m");
+  if (!t.has("direction")) {
+    if (!(model.gravity.norm() > 0))
+      t.fail("direction",
+             "missing in a case without gravity; expected the direction from a body to the "
+             "boundary, [x, y, z]");
+    const Vec3 down = model.gravity.normalized();
+    t.set("direction", toml::array{down.x(), down.y(), down.z()});
+  }
+  const Vec3 direction = t.direction("direction");
+  if (!t.has("height_direction")) t.set("height_direction", toml::array{0, 1, 0});
+  const Vec3 height = t.direction("height_direction");
+  std::vector<PlannedBond> planned;
+  for (const Standing& body : read_single_bodies(t, c))
+    planned.push_back(
+        bond_between(t, model, {body, wall}, body.at.position, direction, position, height));
+  return planned;
 }
 
 std::vector<PlannedBond> read_planned_bonds(const TomlTable& t, const Case& c) {
+  check_selection(t);
+  if (t.has("boundary")) return bonds_to_boundary(t, c);
   if (at_contacts(t)) return bonds_at_contacts(t, c);
   const std::vector<Couple> couples = read_couples(t, c);
   if (couples.empty()) t.fail("pairs", "is empty; expected pairs of bodies");
@@ -317,8 +447,10 @@ std::vector<PlannedBond> read_planned_bonds(const TomlTable& t, const Case& c) {
   const Vec3 height = t.direction("height_direction");
   std::vector<PlannedBond> planned;
   planned.reserve(couples.size());
-  for (const Couple& couple : couples)
-    planned.push_back(bond_between(t, c.model, couple, position, height));
+  for (const Couple& couple : couples) {
+    const Vec3 &a = couple[0].at.position, &b = couple[1].at.position;
+    planned.push_back(bond_between(t, c.model, couple, 0.5 * (a + b), b - a, position, height));
+  }
   return planned;
 }
 
@@ -333,6 +465,9 @@ void read_bonds(const TomlTable& root, Case& c) {
              "pairs",
              "tags",
              "contacts",
+             "boundary",
+             "particles",
+             "direction",
              "mold",
              "width",
              "height",
@@ -348,9 +483,10 @@ void read_bonds(const TomlTable& root, Case& c) {
              "shear_modulus",
              "tensile_strength",
              "shear_strength",
-             "damping_ratio"});
+             "damping_ratio",
+             "lifetime"});
     const std::vector<PlannedBond> planned = read_planned_bonds(t, c);
-    const int material = shape_of(model, planned.front().bodies.front().particle).material;
+    const int material = shape_of(model, planned.front().bodies.front().body).material;
     const BeamLaw law = read_law(root, t, model.materials[index(material)]);
     const bool enabled = t.boolean("enabled", true);
     if (std::ranges::find(model.beams, law.name, &BeamLaw::name) != model.beams.end())
@@ -361,7 +497,7 @@ void read_bonds(const TomlTable& root, Case& c) {
     for (const auto& [bodies, middle, axis, up] : planned) {
       const auto& [a, b] = bodies;
       model.bonds.push_back(
-          make_bond(a.particle, b.particle, number, law.length, a.at, b.at, middle, axis, up));
+          make_bond(a.body, b.body, number, law.length, a.at, b.at, middle, axis, up));
       // Bodies in contact need no bridge that reaches them.
       if (!t.has("contacts")) check_reach(t, model, model.bonds.back(), law);
     }

@@ -7,8 +7,9 @@
 
 namespace firn {
 
-// Adds bonds and their laws to the model, which must have all particles. Throws InputError also for
-// a bond that does not reach its bodies: all initial poses are known before the run.
+// Adds bonds and their laws to the model of a case that has all particles and stages. Throws
+// InputError also for a bond that does not reach its bodies: all initial poses are known before the
+// run.
 void read_bonds(const TomlTable& root, Case& c);
 
 }  // namespace firn

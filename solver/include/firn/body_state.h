@@ -92,22 +92,23 @@ struct BoundaryContactState {
   double dissipated_normal = 0, dissipated_friction = 0;  // J, since the start
 };
 
-// Breakage of a bond.
+// Begin and end of a bond.
 struct BondRecord {
   BondMode mode = BondMode::intact;
-  double time = 0;               // s, when it broke or a body was removed
+  double time = 0;               // s, when it broke, its lifetime ended or a body was removed
   double stress = 0;             // Pa, at breakage
   Vec3 position = Vec3::Zero();  // m, world, center of the bond at that time
+  double made = 0;               // s, when both bodies were there; 0 before
 };
 
-// Load of a bond at the end of a step; zero unless it is intact and both particles are present.
+// Load of a bond at the end of a step; zero unless it is intact and both bodies are present.
 struct BondState {
   bool acts = false;
   Vec3 middle = Vec3::Zero();           // m, world, center of the beam
   Quat orientation = Quat::Identity();  // beam axes -> world
   BeamForces forces;                    // elastic part
   BeamStress stress;
-  BeamLoad load;  // applied to the bodies in the last step, damping included
+  BeamLoad load;  // on the bodies in the last step, damping included
 };
 
 }  // namespace firn

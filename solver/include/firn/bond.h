@@ -1,4 +1,5 @@
-// Breakable bonds: short elastic beams between two particles, such as ice bridges between cubes.
+// Breakable bonds: short elastic beams between two particles, such as ice bridges between cubes, or
+// between a particle and a boundary at rest, such as the ice that holds a cube in its mold.
 //
 // The law is that of a Timoshenko beam between two ends, each fixed to a body, formulated with the
 // relative pose of the ends instead of increments: errors do not accumulate, and a rigid motion of
@@ -7,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 
 #include "firn/shape.h"
@@ -35,14 +37,17 @@ struct BeamLaw {
   double tensile_strength = 0;                  // Pa, by normal force and bending
   double shear_strength = 0;                    // Pa, by shear force and torsion
   double damping_ratio = 0;                     // of each of the six deformations separately
+  // s, from the time at which both bodies are there until the bond ends, if it has not broken.
+  double lifetime = std::numeric_limits<double>::infinity();
 };
 
-// A beam between the particles a and b. The ends are given in body axes, from the centers of mass.
-// The beam is free of stress if both ends have equal axes and end b is at the distance `length`
-// along x from end a.
+// A beam between the bodies a and b. The ends are given in body axes, from the centers of mass; an
+// end on a boundary, in the axes of the boundary, from its origin. The beam is free of stress if
+// both ends have equal axes and end b is at the distance `length` along x from end a.
 struct Bond {
-  int a = 0, b = 0;                                           // particles
-  int law = 0;                                                // index into Model::beams
+  int a = 0;    // particle
+  int b = 0;    // particle, or number of particles + a boundary that nothing moves
+  int law = 0;  // index into Model::beams
   Vec3 end_a = Vec3::Zero(), end_b = Vec3::Zero();            // m
   Quat axes_a = Quat::Identity(), axes_b = Quat::Identity();  // beam axes -> body axes
 };
@@ -60,6 +65,10 @@ struct BodyInMotion {
 // `up` normal to `axis`. `length`: m.
 Bond make_bond(int a, int b, int law, double length, const BodyInMotion& at_a,
                const BodyInMotion& at_b, const Vec3& middle, const Vec3& axis, const Vec3& up);
+
+// A body that no load accelerates: mass and inertia are infinite, and it has no parts. It takes the
+// place of the shape of a boundary in the functions below.
+const Shape& immovable_shape();
 
 // Six stiffnesses, or damping constants: along x (stretch), y and z (shear), and about x (torsion),
 // y and z (bending) of the beam. N/m and N m/rad, or N s/m and N m s/rad.
@@ -124,8 +133,9 @@ struct BeamStress {
 };
 BeamStress stress_of(const BeamLaw& law, const BeamForces& forces);
 
-// State of a bond: intact, failure mode, or the removal of one of its bodies.
-enum class BondMode : std::int64_t { intact, tension, bending, shear, torsion, removed };
+// State of a bond: intact, failure mode, the removal of one of its bodies, or the end of its
+// lifetime.
+enum class BondMode : std::int64_t { intact, tension, bending, shear, torsion, removed, lifetime };
 // Failure mode: the larger contribution to the exceeded strength. intact: no strength is exceeded.
 BondMode failure_mode(const BeamLaw& law, const BeamStress& stress);
 const char* to_string(BondMode mode);  // "tension"

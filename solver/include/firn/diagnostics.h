@@ -34,9 +34,11 @@ struct Energy {  // J
   double dissipated_normal = 0;  // since the start, by restitution
   double dissipated_friction = 0;
   double dissipated_boundaries = 0;  // part of the two above at boundaries
-  double dissipated_bonds = 0;       // since the start, by damping of bonds and when they break
+  double dissipated_bonds = 0;       // since the start, by damping of bonds and when they end
   double boundary_work = 0;          // done by moving boundaries on the particles since the start
-  double removed = 0;  // mechanical energy of removed particles minus that of inserted ones
+  // Mechanical energy of removed particles minus that of inserted ones, and the elastic energy of
+  // the bonds of removed boundaries.
+  double removed = 0;
   FreeBodyEnergy free_bodies;
 };
 

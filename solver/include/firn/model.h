@@ -88,7 +88,7 @@ struct Model {
   std::vector<Coupling> couplings;  // of free frames
   std::vector<BoundaryContact> boundary_contacts;
   std::vector<BeamLaw> beams;
-  std::vector<Bond> bonds;  // act while both particles are present, until they break
+  std::vector<Bond> bonds;  // act while both bodies are present, until they end
   Numerics numerics;
   StatisticsOptions statistics;
 
@@ -99,6 +99,19 @@ struct Model {
 
 inline const Shape& shape_of(const Model& model, int particle) {
   return model.shapes[index(model.particles[index(particle)].shape)];
+}
+
+// Bodies are numbered particles first, then boundaries.
+inline bool is_particle(const Model& model, int body) {
+  return body < static_cast<int>(model.particles.size());
+}
+// The boundary with this number of a body.
+inline const Boundary& boundary_of(const Model& model, int body) {
+  return model.boundaries[index(body) - model.particles.size()];
+}
+// The shape of a body at the end of a bond: that of a boundary is immovable_shape().
+inline const Shape& bonded_shape(const Model& model, int body) {
+  return is_particle(model, body) ? shape_of(model, body) : immovable_shape();
 }
 
 // Loading stiffness of a pair, equation (4), N/m.

@@ -40,7 +40,7 @@ TEST_F(IcemakerCases, EveryCaseIsWholeAndReadsAgainFromItsResolvedText) {
   for (const char* name :
        {"harvest", "harvest_bridged", "bucket_pull", "bucket_pull_paddle", "auger_half",
         "auger_full", "auger_compression", "auger_press", "arm_binding", "arm_linkage",
-        "arm_clearance", "glass_impact", "platen_test", "full_cycle"}) {
+        "arm_clearance", "glass_impact", "platen_test", "full_cycle", "frozen_mold"}) {
     const Case c = read_case(shipped(name));
     EXPECT_EQ(read_case_text(c.resolved, "again.toml", "/").resolved, c.resolved) << name;
     EXPECT_EQ(c.identity, case_identity(c.resolved)) << name;

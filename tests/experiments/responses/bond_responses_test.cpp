@@ -6,8 +6,10 @@
 #include <atomic>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <random>
 
+#include "experiments/case_reader/case_from_results.h"
 #include "experiments/case_reader/process/sintering.h"
 #include "experiments/case_reader/read_case.h"
 #include "experiments/export/export.h"
@@ -16,7 +18,9 @@
 #include "experiments/run/run.h"
 #include "experiments/storage/hdf5_file.h"
 #include "tests/support/error_of.h"
+#include "tests/support/read_text.h"
 #include "tests/support/results_folder.h"
+#include "tests/support/results_mutations.h"
 
 namespace firn {
 namespace {
@@ -435,6 +439,201 @@ TEST_F(BondRun, BreaksAreKeptAndResumedBitForBit) {
   export_vtk(one, folder, {});
   EXPECT_TRUE(std::filesystem::exists(folder + "/bonds.csv"));
   EXPECT_TRUE(std::filesystem::exists(folder + "/bonds.pvd"));
+}
+
+// Cubes that come frozen to a ceiling in two batches of two, and the floor below.
+std::string frozen_cubes(const std::string& bond, const std::string& more = "") {
+  std::string text = kBodies;
+  text.resize(text.find("# An edge"));
+  return text + R"([[boundaries]]
+name = "ceiling"
+kind = "box"
+material = "ice"
+size = "100 100 10 mm"
+position = "0 0 150 mm"
+[[inlets]]
+name = "mold"
+shape = "cube"
+position = "0 0 134 mm"
+grid = [2, 1, 1]
+spacing = "25 1 1 mm"
+interval = "0.2 s"
+batches = 2
+)" + more +
+         "[[bonds]]\nname = \"frozen\"\n" + bond + kBridge;
+}
+constexpr const char* kToCeiling = R"(
+inlet = "mold"
+boundary = "ceiling"
+position = "0 0 9 mm"
+direction = [0, 0, 1]
+lifetime = "50 ms"
+)";
+
+TEST(FrozenCase, EachBodyOfAnInletIsJoinedToTheBoundary) {
+  const Case c = read(frozen_cubes(kToCeiling));
+  ASSERT_EQ(c.model.bonds.size(), 4u);
+  for (int k = 0; k < 4; ++k) {
+    const Bond& bond = c.model.bonds[index(k)];
+    EXPECT_EQ(bond.a, k);
+    EXPECT_EQ(bond.b, 4 + 1);  // the second boundary
+    EXPECT_LT((bond.end_a - Vec3(0, 0, 6.5e-3)).norm(), 1e-12);
+    EXPECT_NEAR(end_on_boundary(c.model, bond).z(), 145.5e-3, 1e-12);
+  }
+  EXPECT_DOUBLE_EQ(c.model.beams[0].lifetime, 0.05);
+  EXPECT_DOUBLE_EQ(c.model.beams[0].young_modulus, 1e7);  // the ice's
+  EXPECT_EQ(read_case_text(c.resolved, "again", ".").resolved, c.resolved);
+  EXPECT_EQ(read(joined()).model.beams[0].lifetime, std::numeric_limits<double>::infinity());
+}
+
+// On the floor, by number; the axis is along gravity.
+TEST(FrozenCase, ParticlesStandOnTheBoundary) {
+  const std::string text = std::string(kBodies) + R"(
+[[particles]]
+shape = "cube"
+position = "-60 0 10 mm"
+[[particles]]
+shape = "cube"
+position = "-20 0 10 mm"
+[[bonds]]
+name = "frozen"
+particles = [1]
+boundary = "floor"
+position = "0 0 -9 mm"
+)" + kBridge;
+  const Case c = read(text);
+  ASSERT_EQ(c.model.bonds.size(), 1u);
+  const Bond& bond = c.model.bonds[0];
+  EXPECT_EQ(bond.a, 1);
+  EXPECT_LT((bond.axes_a * Vec3::UnitX() + Vec3::UnitZ()).norm(), 1e-12);
+  EXPECT_LT((end_on_boundary(c.model, bond) - Vec3(-20e-3, 0, -1.5e-3)).norm(), 1e-12);
+  EXPECT_EQ(read_case_text(c.resolved, "again", ".").resolved, c.resolved);
+  const auto with = [&](const char* particles) {
+    std::string changed = text;
+    return changed.replace(changed.find("particles = [1]"), 15, particles);
+  };
+  EXPECT_THAT(complaint(with("particles = [2]")), HasSubstr("2 is the number of 0 bodies"));
+  EXPECT_THAT(complaint(with("particles = [1, 1]")), HasSubstr("joins 1 twice"));
+  EXPECT_THAT(complaint(with("particles = []")), HasSubstr("is empty; expected numbers"));
+  EXPECT_THAT(complaint(with("tags = [[0, 1]]")), HasSubstr("expected inlet or particles"));
+  EXPECT_THAT(complaint(with("")), HasSubstr("expected exactly one of inlet, particles"));
+}
+
+TEST(FrozenCase, BoundariesThatMoveAreRefusedInOneLine) {
+  const auto refusal = [](const std::string& more, const std::string& boundary = "belt") {
+    std::string text = frozen_cubes(kToCeiling, R"([[boundaries]]
+name = "belt"
+kind = "box"
+material = "ice"
+size = "100 100 10 mm"
+position = "0 0 190 mm"
+)" + more);
+    text.replace(text.find("boundary = \"ceiling\""), 20, "boundary = \"" + boundary + "\"");
+    return complaint(text);
+  };
+  using testing::MatchesRegex;
+  EXPECT_THAT(
+      refusal("[[boundaries.motions]]\nkind = \"translation\"\nvelocity = \"1 0 0 m/s\"\n"),
+      MatchesRegex("bonds.toml:[0-9]+: bonds.frozen.boundary: \"belt\" has motions; expected "
+                   "one without motion frame and motions, which no stage moves or removes"));
+  EXPECT_THAT(refusal("motion_frame = \"carrier\"\n[[motion_frames]]\nname = \"carrier\"\n"),
+              HasSubstr("\"belt\" is on the motion frame \"carrier\"; expected"));
+  const std::string stage = "[[stages]]\nname = \"melt\"\nmax_duration = \"0.1 s\"\n";
+  EXPECT_THAT(refusal(stage + "remove_boundaries = [\"belt\"]\n"),
+              HasSubstr("\"belt\" is removed by the stage \"melt\""));
+  EXPECT_THAT(refusal(stage + "[[stages.motions]]\nboundary = \"belt\"\nkind = \"translation\"\n"
+                              "velocity = \"1 0 0 m/s\"\n"),
+              HasSubstr("\"belt\" is moved by the stage \"melt\""));
+  EXPECT_THAT(refusal("", "roof"), HasSubstr("bonds.frozen.boundary"));
+}
+
+TEST(FrozenCase, KeysThatDoNotFitAreRefused) {
+  const auto refusal = [](const std::string& keys) {
+    return complaint(frozen_cubes("inlet = \"mold\"\n" + keys));
+  };
+  EXPECT_THAT(refusal("direction = [0, 0, 1]"),
+              HasSubstr("bonds.frozen.direction: is a key of bonds to a boundary"));
+  EXPECT_THAT(refusal("particles = [0]"), HasSubstr("expected boundary with it"));
+  EXPECT_THAT(refusal("boundary = \"ceiling\"\nmold = \"ceiling\""),
+              HasSubstr("expected a radius, or width and height"));
+  EXPECT_THAT(refusal("boundary = \"ceiling\"\nposition = \"0 0 9 mm\"\n"
+                      "direction = [0, 0, 1]\nheight_direction = [0, 0, 1]"),
+              HasSubstr("runs along the bridge from particle 0 to boundary \"ceiling\""));
+  // Downwards, where the ceiling is not.
+  EXPECT_THAT(refusal("boundary = \"ceiling\"\n"), HasSubstr("mm off boundary \"ceiling\""));
+  EXPECT_THAT(refusal("boundary = \"ceiling\"\nlifetime = \"0 s\"\nposition = \"0 0 9 mm\"\n"
+                      "direction = [0, 0, 1]"),
+              HasSubstr("bonds.frozen.lifetime"));
+  std::string weightless = frozen_cubes("inlet = \"mold\"\nboundary = \"ceiling\"\n");
+  weightless.replace(weightless.find("duration"), 8, "gravity = \"0 0 0 m/s^2\"\nduration");
+  EXPECT_THAT(complaint(weightless), HasSubstr("missing in a case without gravity"));
+}
+
+// Each batch hangs for the lifetime, then falls; the same when interrupted while bonds hold.
+TEST_F(BondRun, BondsEndAfterTheirLifetimeAndAreNotBroken) {
+  const Case c = read(frozen_cubes(kToCeiling));
+  const RunSummary summary = run(c, options("whole.h5"));
+  ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
+  std::atomic<bool> stop = false;
+  RunOptions interrupted = options("parts.h5");
+  interrupted.interrupt = &stop;
+  interrupted.each_step = [&](const Solver& solver, bool) { stop = solver.time() > 0.22; };
+  ASSERT_EQ(run(c, interrupted).status, RunStatus::interrupted);
+  ASSERT_EQ(resume(path("parts.h5"), options("parts.h5")).status, RunStatus::finished);
+
+  const Recording one(path("whole.h5")), other(path("parts.h5"));
+  const std::vector<BondOutcome> outcomes = bond_outcomes(one), resumed = bond_outcomes(other);
+  ASSERT_EQ(outcomes.size(), 4u);
+  for (std::size_t k = 0; k < 4; ++k) {
+    const BondOutcome& bond = outcomes[k];
+    EXPECT_EQ(bond.mode, "lifetime");
+    EXPECT_FALSE(bond.is_broken());
+    EXPECT_EQ(bond.b, -1 - 1);
+    EXPECT_EQ(bodies_text(c.model, bond), fmt::format("particle {} and boundary \"ceiling\"", k));
+    EXPECT_NEAR(bond.time - one.insert_time()[k], 0.05, 0.51 * c.model.timestep);
+    EXPECT_TRUE(std::isnan(bond.stress));
+    EXPECT_NEAR(bond.position.z(), 143e-3, 1e-4);
+    EXPECT_EQ(bond.time, resumed[k].time);
+    EXPECT_EQ(bond.position, resumed[k].position);
+  }
+  for (const char* series : {"/energy/kinetic", "/energy/dissipated_bonds"})
+    EXPECT_EQ(one.series(series), other.series(series));
+  EXPECT_GT(one.series("/energy/dissipated_bonds").back(), 0);
+  const auto response = [&](const std::string& name) {
+    for (const Response& r : summary.responses)
+      if (r.name == name) return r.value;
+    return std::vector<double>{};
+  };
+  EXPECT_EQ(response("bonds_count"), std::vector<double>{4});
+  EXPECT_EQ(response("bonds_broken_count"), std::vector<double>{0});
+  EXPECT_EQ(response("bonds_broken_by_mode"), std::vector<double>(4, 0));
+  EXPECT_TRUE(response("bond_breaks").empty());
+
+  // Drawn between cube and ceiling while it holds.
+  const std::vector<double> times = one.frame_times();
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const auto within = [&](double from, double to) {
+      return times[i] > from + 1e-4 && times[i] < to - 1e-4;
+    };
+    const std::size_t drawn = intact_bonds_at(c, outcomes, times[i], one.frame(i)).size();
+    if (within(0, 0.05) || within(0.2, 0.25)) {
+      EXPECT_EQ(drawn, 2u) << times[i];
+    }
+    if (within(0.05, 0.2) || within(0.25, 1)) {
+      EXPECT_EQ(drawn, 0u) << times[i];
+    }
+  }
+  export_csv(one, directory_.string());
+  export_vtk(one, directory_.string(), {});
+  EXPECT_THAT(test::read_text(path("bonds.csv")), HasSubstr("0,frozen,0,-2,lifetime,0.0"));
+
+  // A file whose boundaries the case does not have.
+  std::filesystem::copy_file(path("parts.h5"), path("damaged.h5"));
+  test::ResultsMutator(path("damaged.h5"), [](std::size_t) {
+    return std::size_t{0};
+  }).overwrite("/bonds/b", 1, 1, -3);
+  EXPECT_THAT(test::error_of([&] { read_case(Recording(path("damaged.h5"))); }),
+              HasSubstr("/bonds/b: entry 1 is -3; expected -2 or more"));
 }
 
 }  // namespace

@@ -166,7 +166,9 @@ TEST_F(ResultsSchema, NamesTheValueThatCannotBe) {
     EXPECT_THAT(e, testing::Not(HasSubstr("\n")));
   }
   EXPECT_THAT(error_after(whole(), [](auto& m) { m.overwrite("/bonds/b", 0, 1, 7); }),
-              HasSubstr("/bonds/b: entry 0 is 7; expected 0 ... 6"));
+              HasSubstr("/bonds/b: entry 0 is 7; expected -5 ... 6"));
+  EXPECT_THAT(error_after(whole(), [](auto& m) { m.overwrite("/bonds/b", 0, 1, -6); }),
+              HasSubstr("/bonds/b: entry 0 is -6; expected -5 ... 6"));
 }
 
 // Tables that grow are checked when they are read.

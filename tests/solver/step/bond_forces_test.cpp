@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -484,6 +485,286 @@ TEST(Bond, ModelsWithWrongOnesAreRefused) {
   model = row(2, bridge());
   model.beams[0].tensile_strength = 0;
   EXPECT_THROW(Solver{model}, InputError);
+}
+
+// A body at the origin on a beam along `axis` to a wall that is out of reach of contacts. The beam
+// begins at the distance `root` (m) from the center of the body.
+Model body_on_wall(const Shape& shape, const BeamLaw& law, const Vec3& axis, double root) {
+  Model model = scenes::empty(scenes::law(0.1, 0.3), scenes::law(0.3, 0.3));
+  model.gravity = Vec3::Zero();
+  scenes::add_particles(model, scenes::add_shape(model, shape));
+  scenes::add_plane(model, 30e-3 * axis, -axis);
+  Boundary& wall = model.boundaries.front();
+  wall.name = "wall";
+  model.beams = {law};
+  const Vec3 up = std::abs(axis.z()) > 0.5 ? Vec3::UnitY() : Vec3::UnitZ();
+  model.bonds = {make_bond(0, 1, 0, law.length, stands(Vec3::Zero()),
+                           stands(wall.origin, wall.orientation), (root + 0.5 * law.length) * axis,
+                           axis, up)};
+  model.timestep = 1e-5;
+  return model;
+}
+Shape boxed() { return make_box(kSize, scenes::ice_options(0, 0, 1e-3)); }
+constexpr double kHalfHeight = 6e-3;  // m, of that box
+
+Vec3 weight_of_body(Model& model) {
+  model.gravity = Vec3(0, 0, -scenes::kGravity);
+  return model.shapes[0].mass * model.gravity;
+}
+
+TEST(BondToBoundary, ABodyHangsByItsWeight) {
+  const BeamLaw law = bridge(1e9, 1);
+  Model model = body_on_wall(boxed(), law, Vec3::UnitZ(), kHalfHeight);
+  const double weight = weight_of_body(model).norm();
+  model.timestep = advise_timestep(model, 20).timestep;
+  Solver solver(model);
+  put(solver, 0, Vec3::Zero());
+  scenes::run(solver, 0.05);
+  const double sinks = weight * law.length / (law.young_modulus * law.section.area);
+  EXPECT_NEAR(solver.particles().position[0].z(), -sinks, 1e-4 * sinks);
+  EXPECT_NEAR(solver.bond(0).forces.force.x(), weight, 1e-4 * weight);
+  EXPECT_NEAR(solver.bond(0).stress.tension, weight / law.section.area,
+              1e-4 * weight / law.section.area);
+  EXPECT_NEAR(solver.load(0).force.z(), weight, 1e-4 * weight);
+  // Loads of boundaries are those of contacts.
+  EXPECT_EQ(solver.boundaries()[0].impulse.norm(), 0);
+}
+
+// Deflection and angle of a cantilever that bears a force at its free end.
+struct Cantilever {
+  double sinks, turns;
+};
+Cantilever cantilever(const BeamLaw& law, double force) {
+  const double l = law.length, ei = law.young_modulus * law.section.inertia.y(),
+               kga = law.section.shear_coefficient * law.shear_modulus * law.section.area;
+  return {force * (l * l * l / (3 * ei) + l / kga), force * l * l / (2 * ei)};
+}
+
+TEST(BondToBoundary, ABodyBendsItsBeamAsACantilever) {
+  const BeamLaw law = bridge(1e9, 1);
+  Model model = body_on_wall(boxed(), law, Vec3::UnitX(), 0);
+  const double weight = weight_of_body(model).norm();
+  model.timestep = advise_timestep(model, 20).timestep;
+  Solver solver(model);
+  put(solver, 0, Vec3::Zero());
+  const double start = scenes::mechanical(solver.energy());
+  scenes::run(solver, 0.2);
+  const Cantilever expected = cantilever(law, weight);
+  const ParticleState& p = solver.particles();
+  EXPECT_NEAR(p.position[0].z(), -expected.sinks, 1e-3 * expected.sinks);
+  EXPECT_NEAR(Eigen::AngleAxisd(p.orientation[0]).angle(), expected.turns, 1e-3 * expected.turns);
+  const double bending = weight * law.length * law.section.half_height / law.section.inertia.y();
+  EXPECT_NEAR(solver.bond(0).stress.bending, bending, 1e-3 * bending);
+  const Energy e = solver.energy();
+  EXPECT_NEAR(scenes::mechanical(e) + e.dissipated_bonds, start, 5e-3 * weight * expected.sinks);
+}
+
+TEST(BondToBoundary, ASphereRingsOnItsBeam) {
+  const BeamLaw law = bridge();
+  Model model =
+      body_on_wall(make_sphere(8e-3, scenes::ice_options(0, 0, -1)), law, Vec3::UnitX(), 8e-3);
+  model.timestep = advise_timestep(model, 200).timestep;
+  Solver solver(model);
+  put(solver, 0, Vec3(1e-5, 0, 0));
+  const double found = period(solver, [&] { return solver.bond(0).forces.force.x(); });
+  const double stiffness = law.young_modulus * law.section.area / law.length;
+  EXPECT_NEAR(found, 2 * pi * std::sqrt(model.shapes[0].mass / stiffness), 2e-4 * found);
+}
+
+// A weight just below and just above what the section bears, in equilibrium from the start.
+TEST(BondToBoundary, BreaksAtStrengthTimesArea) {
+  for (const BondMode mode : {BondMode::tension, BondMode::shear}) {
+    for (const double share : {0.98, 1.02}) {
+      BeamLaw law = bridge();
+      const bool hangs = mode == BondMode::tension;
+      Model model = hangs ? body_on_wall(boxed(), law, Vec3::UnitZ(), kHalfHeight)
+                          : body_on_wall(boxed(), law, Vec3::UnitX(), 0);
+      const double weight = weight_of_body(model).norm(), stress = weight / law.section.area;
+      (hangs ? model.beams[0].tensile_strength : model.beams[0].shear_strength) = stress / share;
+      model.timestep = 1e-6;
+      const Cantilever bent = cantilever(law, weight);
+      const double sinks =
+          hangs ? weight * law.length / (law.young_modulus * law.section.area) : bent.sinks;
+      Solver solver(model);
+      put(solver, 0, Vec3(0, 0, -sinks),
+          hangs ? Quat::Identity() : Quat(Eigen::AngleAxisd(-bent.turns, Vec3::UnitY())));
+      solver.step();
+      const BondRecord first = solver.bonds()[0];
+      scenes::run(solver, 5e-3 - solver.time());
+      const double fallen = -sinks - solver.particles().position[0].z();
+      if (share < 1) {
+        EXPECT_EQ(solver.bonds()[0].mode, BondMode::intact) << to_string(mode);
+        EXPECT_LT(std::abs(fallen), 0.01 * sinks);
+        continue;
+      }
+      EXPECT_STREQ(to_string(first.mode), to_string(mode));
+      EXPECT_NEAR(first.stress, stress, 1e-2 * stress);
+      const double free = 0.5 * scenes::kGravity * solver.time() * solver.time();
+      EXPECT_NEAR(fallen, free, 0.01 * free);
+    }
+  }
+}
+
+double ledger(const Solver& solver) {
+  const Energy e = solver.energy();
+  return scenes::mechanical(e) + e.dissipated_bonds + e.removed;
+}
+
+TEST(BondToBoundary, FallsFreelyFromTheEndOfTheLifetimeOn) {
+  BeamLaw law = bridge();
+  law.lifetime = 20e-3;
+  Model model = body_on_wall(boxed(), law, Vec3::UnitZ(), kHalfHeight);
+  const double weight = weight_of_body(model).norm();
+  Solver solver(model);
+  for (int k = 0; k < 100; ++k) solver.step();
+  put(solver, 0, Vec3(0, 0, -weight * law.length / (law.young_modulus * law.section.area)));
+  const double start = ledger(solver);
+  for (int k = 0; k < 1999; ++k) solver.step();
+  EXPECT_EQ(solver.bonds()[0].mode, BondMode::intact);
+  const double elastic = solver.energy().elastic;
+  EXPECT_GT(elastic, 0);
+  solver.step();
+  const BondRecord& record = solver.bonds()[0];
+  EXPECT_STREQ(to_string(record.mode), "lifetime");
+  EXPECT_DOUBLE_EQ(record.time, 2100 * model.timestep);
+  EXPECT_DOUBLE_EQ(record.made, 100 * model.timestep);
+  EXPECT_EQ(record.stress, 0);
+  EXPECT_NEAR(record.position.z(), kHalfHeight + 0.5 * law.length, 1e-5);
+  EXPECT_EQ(solver.energy().elastic, 0);
+  EXPECT_NEAR(solver.energy().dissipated_bonds, elastic, 0.01 * elastic);
+  const double z = solver.particles().position[0].z(), v = solver.particles().velocity[0].z(),
+               begin = solver.time();
+  scenes::run(solver, 0.05);
+  const double t = solver.time() - begin;
+  EXPECT_NEAR(solver.particles().position[0].z(), z + v * t - 0.5 * scenes::kGravity * t * t, 1e-9);
+  EXPECT_NEAR(ledger(solver), start, 0.01 * elastic);
+}
+
+TEST(Bond, LifetimeCountsFromTheLaterBodyOn) {
+  BeamLaw law = bridge();
+  law.lifetime = 1e-3;
+  Solver solver(straight_pair(law));
+  put(solver, 0, place(0));
+  for (int k = 0; k < 500; ++k) solver.step();
+  put(solver, 1, place(1));
+  for (int k = 0; k < 99; ++k) solver.step();
+  EXPECT_EQ(solver.bonds()[0].mode, BondMode::intact);
+  solver.step();
+  EXPECT_EQ(solver.bonds()[0].mode, BondMode::lifetime);
+}
+
+// 150 boxes on beams to a ceiling, of which the fast ones break.
+Model hung_row(int threads = 1) {
+  BeamLaw law = bridge(2e4, 0.05);
+  law.lifetime = 0.03;
+  Model model = row(150, law);
+  model.gravity = Vec3(0, 0, -scenes::kGravity);
+  const int number = scenes::add_plane(model, Vec3(0, 0, 30e-3), -Vec3::UnitZ(), false);
+  const Boundary& ceiling = model.boundaries[index(number)];
+  model.bonds.clear();
+  for (int i = 0; i < 150; ++i)
+    model.bonds.push_back(make_bond(
+        i, 150 + number, 0, kLength, stands(place(i)), stands(ceiling.origin, ceiling.orientation),
+        place(i) + Vec3(0, 0, kHalfHeight + 0.5 * kLength), Vec3::UnitZ(), Vec3::UnitY()));
+  // A whole number of steps in the times of the test.
+  model.timestep = 0.02 / std::ceil(0.02 / advise_timestep(model, 8).timestep);
+  model.numerics.threads = threads;
+  return model;
+}
+Solver hanging(const Model& model) {
+  Solver solver(model);
+  for (int i = 0; i < 150; ++i)
+    put(solver, i, place(i), Quat::Identity(), Vec3(0, 0, -0.04 * i / 150));
+  return solver;
+}
+std::ptrdiff_t count_of_mode(const Solver& solver, BondMode mode) {
+  return std::ranges::count(solver.bonds(), mode, &BondRecord::mode);
+}
+
+TEST(BondToBoundary, ThreadsAndInterruptionsChangeNoBit) {
+  Solver one = hanging(hung_row());
+  scenes::run(one, 0.02);
+  const std::vector<std::byte> half = one.save();
+  EXPECT_GT(count_of_mode(one, BondMode::tension), 0);
+  EXPECT_GT(count_of_mode(one, BondMode::intact), 0);
+  scenes::run(one, 0.04);
+  EXPECT_GT(count_of_mode(one, BondMode::lifetime), 0);
+  EXPECT_EQ(count_of_mode(one, BondMode::intact), 0);
+  Solver resumed(hung_row());
+  resumed.restore(half);
+  scenes::run(resumed, 0.04);
+  EXPECT_TRUE(resumed.save() == one.save());
+  for (const int threads : {2, 3}) {
+    Solver other = hanging(hung_row(threads));
+    scenes::run(other, 0.06);
+    EXPECT_TRUE(other.save() == one.save()) << threads << " threads";
+  }
+}
+
+TEST(BondToBoundary, AutomaticStepKnowsTheFastestMotion) {
+  Model model = body_on_wall(boxed(), bridge(1e9, 0, 1e9), Vec3::UnitX(), 10e-3);
+  model.timestep = 1;
+  const TimestepAdvice advice = advise_timestep(model, 1);  // pi / 2 / omega
+  EXPECT_NE(advice.reason.find("bond \"bridge\" between particle 0 and boundary \"wall\""),
+            std::string::npos)
+      << advice.reason;
+  const auto largest = [&](double timestep) {
+    model.timestep = timestep;
+    Solver solver(model);
+    put(solver, 0, Vec3(1e-9, 2e-9, 3e-9),
+        Quat(Eigen::AngleAxisd(1e-7, Vec3(1, -1, 1).normalized())));
+    double most = 0;
+    for (int k = 0; k < 400 && most < 1e8; ++k) {  // before it breaks
+      solver.step();
+      const BeamStress stress = solver.bond(0).stress;
+      most =
+          std::max(most, std::abs(stress.tension) + stress.bending + stress.shear + stress.torsion);
+    }
+    return most;
+  };
+  const double calm = largest(0.1 * advice.timestep);
+  EXPECT_LT(largest(4 / pi * 0.98 * advice.timestep), 20 * calm);
+  EXPECT_GT(largest(4 / pi * 1.02 * advice.timestep), 1000 * calm);
+}
+
+TEST(BondToBoundary, EndsWithABoundaryThatIsRemoved) {
+  Solver solver(body_on_wall(boxed(), bridge(), Vec3::UnitX(), 10e-3));
+  put(solver, 0, Vec3(-1e-5, 0, 0));
+  const double start = ledger(solver);
+  solver.step();
+  EXPECT_GT(solver.load(0).force.x(), 0);
+  const double elastic = solver.energy().elastic;
+  EXPECT_GT(elastic, 0);
+  solver.remove_boundary(0);
+  EXPECT_EQ(solver.bonds()[0].mode, BondMode::removed);
+  EXPECT_EQ(solver.energy().elastic, 0);
+  EXPECT_NEAR(ledger(solver), start, 1e-3 * elastic);
+  solver.step();
+  EXPECT_EQ(solver.load(0).force.norm(), 0);
+}
+
+TEST(BondToBoundary, BoundariesThatMoveAreRefused) {
+  const Model fixed = body_on_wall(boxed(), bridge(), Vec3::UnitX(), 10e-3);
+  const auto refusal = [](const Model& model) {
+    try {
+      Solver solver(model);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(refusal(fixed), "");
+  Model moving = fixed, carried = fixed, absent = fixed;
+  moving.boundaries[0].motions.emplace_back();
+  carried.frames.emplace_back().name = "carrier";
+  carried.boundaries[0].frame = 0;
+  absent.bonds[0].b = 2;
+  for (const Model& model : {moving, carried}) {
+    const std::string line = refusal(model);
+    EXPECT_NE(line.find("boundary \"wall\" moves; expected"), std::string::npos) << line;
+    EXPECT_EQ(line.find('\n'), std::string::npos);
+  }
+  EXPECT_NE(refusal(absent), "");
 }
 
 }  // namespace
