@@ -149,7 +149,7 @@ struct DrainedRepose {
 
 // A measurement that the case requests in addition to the default responses ([[measure]]).
 struct Measure {
-  enum class Kind { slip, slide, rebound, heap, accelerometer, drum, curve, load };
+  enum class Kind { slip, slide, rebound, heap, accelerometer, drum, curve, load, above };
   Kind kind = Kind::slip;
   std::string name;        // may be empty
   std::optional<int> tag;  // only particles with this tag; none: all
@@ -173,8 +173,11 @@ struct Measure {
   // `boundary` is empty. Filtered with the channel frequency class `cfc`; 0: unfiltered.
   std::string x, y;
   int points = 0;
+  // Folded: the remainder of x after division by this period; m, rad or s. 0: not folded.
+  double x_period = 0;
   // load: contact force on the boundary, or on the motion frame if `boundary` is empty, along
   // `direction` (0: the magnitude), during `stage` (empty: the whole run).
+  // above: particles on the boundary in the last frame of `stage` or of the run.
   // load, curve: index of a boundary contact or of a coupling, which replaces boundary and frame;
   // -1: none.
   int contact = -1, coupling = -1;
@@ -210,6 +213,14 @@ struct MaterialRequest {
   std::string database;              // file; empty: material_database_file()
 };
 
+// An error in one of MaterialRequest::records: an unknown one, or one that the case does not take.
+struct MaterialRequestError : InputError {
+  MaterialRequestError(std::string of, const std::string& message)
+      : InputError(message), record(std::move(of)) {}
+
+  std::string record;  // as requested
+};
+
 struct Case {
   std::string name;
   std::string source;   // name of the file in messages
@@ -235,8 +246,9 @@ struct Case {
   std::vector<Fill> fills;
   std::vector<Inlet> inlets;                            // particle ids after those of the fills
   std::vector<std::pair<int, int>> allow_overlap_with;  // pairs of boundaries
-  // Positions in the case file for messages, "FILE:LINE: KEY": [boundaries] and [placed].
-  std::vector<std::string> boundary_places, particle_places;
+  // Positions in the case file for messages, "FILE:LINE: KEY": [boundaries], [placed], [fills] but
+  // that of an experiment, and [inlets].
+  std::vector<std::string> boundary_places, particle_places, fill_places, inlet_places;
   std::vector<Sensor> sensors;
   std::vector<TagRule> tag_rules;
   std::vector<LimitSwitch> limit_switches;

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "experiments/analysis/channel_filter.h"
+#include "experiments/analysis/folded_curve.h"
 #include "experiments/responses/measured_part.h"
 #include "experiments/results/results_file.h"
 
@@ -81,6 +83,20 @@ std::vector<double> downsampled(const std::vector<double>& all, std::size_t poin
   return some;
 }
 
+// The first frame ends no interval: its forces are 0.
+void add_folded(const Measure& m, const Signal& x, const Signal& y, const std::string& method,
+                std::vector<Response>& out) {
+  const FoldedCurve folded =
+      folded_curve(std::span(x.values).subspan(1), std::span(y.values).subspan(1), m.x_period,
+                   static_cast<std::size_t>(m.points));
+  const std::string bins = fmt::format("{}, folded with a period of {:.6g} {}, {} bins", method,
+                                       m.x_period, x.unit, m.points);
+  out.push_back({m.name + "_curve_x", folded.x, {}, x.unit, bins + ": middle of each", 1});
+  out.push_back({m.name + "_curve_y", folded.mean, {}, y.unit, bins + ": mean of each", 1});
+  out.push_back({m.name + "_curve_y_min", folded.least, {}, y.unit, bins + ": least of each", 1});
+  out.push_back({m.name + "_curve_y_max", folded.most, {}, y.unit, bins + ": largest of each", 1});
+}
+
 }  // namespace
 
 std::vector<Response> curve_responses(const Recording& recording, const Case& c) {
@@ -102,6 +118,10 @@ std::vector<Response> curve_responses(const Recording& recording, const Case& c)
       method += fmt::format(", CFC {:g} of SAE J211-1", m.cfc);
     }
     const auto points = static_cast<std::size_t>(m.points);
+    if (m.x_period > 0) {
+      add_folded(m, x, y, method, out);
+      continue;
+    }
     out.push_back({m.name + "_curve_x", downsampled(x.values, points), {}, x.unit, method, 1});
     out.push_back({m.name + "_curve_y", downsampled(y.values, points), {}, y.unit, method, 1});
   }

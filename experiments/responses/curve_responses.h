@@ -13,6 +13,8 @@ class Recording;
 
 // For each of these measures: NAME_curve_x and NAME_curve_y, of equal length, in the order of time.
 // One value per frame. Forces and torques are magnitudes of the means since the previous frame.
+// Folded curves have one value per bin of the period, in the order of x, bins without frames left
+// out: the mean over all frames but the first, and NAME_curve_y_min and NAME_curve_y_max.
 std::vector<Response> curve_responses(const Recording& recording, const Case& c);
 
 }  // namespace firn

@@ -10,22 +10,6 @@
 #include "experiments/results/results_file.h"
 
 namespace firn {
-namespace {
-
-struct Span {
-  double start = 0, end = std::numeric_limits<double>::infinity();  // s
-};
-
-// A frame's interval begins at the frame before. One that a stage shares with another is left out;
-// times of stages are whole steps, those of frames too.
-Span span_of(const Recording& recording, const std::string& stage) {
-  if (stage.empty()) return {};
-  for (const StageRecord& s : recording.stages())
-    if (s.name == stage) return {s.start - 1e-9, std::isnan(s.end) ? Span{}.end : s.end + 1e-9};
-  return {0, 0};  // it never came
-}
-
-}  // namespace
 
 std::vector<Response> load_responses(const Recording& recording, const Case& c) {
   std::vector<Response> out;
@@ -34,11 +18,12 @@ std::vector<Response> load_responses(const Recording& recording, const Case& c) 
     if (m.kind != Measure::Kind::load) continue;
     const std::string part = measured_part(c, m);
     const std::vector<double> rows = recording.series(part_group(c, m) + "force");
-    const Span span = span_of(recording, m.stage);
+    const MeasuredSpan span = measured_span(recording, m.stage);
     const bool along = m.direction != Vec3::Zero();
     double impulse = 0, duration = 0, peak = -std::numeric_limits<double>::infinity();
     for (std::size_t i = 1; i < times.size() && 3 * i + 2 < rows.size(); ++i) {
-      if (times[i - 1] < span.start || times[i] > span.end) continue;
+      // A frame's interval begins at the frame before. One that two stages share is left out.
+      if (!span.includes(times[i - 1]) || !span.includes(times[i])) continue;
       const Vec3 force(rows[3 * i], rows[3 * i + 1], rows[3 * i + 2]);
       const double load = along ? force.dot(m.direction) : force.norm();
       if (std::isnan(load)) continue;  // removed

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "experiments/case_reader/case_from_results.h"
+#include "experiments/responses/above_responses.h"
 #include "experiments/responses/accelerometer_responses.h"
 #include "experiments/responses/bin_heap_responses.h"
 #include "experiments/responses/contact_statistics_responses.h"
@@ -109,6 +110,7 @@ std::vector<Response> measure(const Recording& recording, const Case& c) {
   append(accelerometer_responses(recording, c));
   append(curve_responses(recording, c));
   append(load_responses(recording, c));
+  append(above_responses(recording, c));
   append(statistics_responses(recording, c));
   return responses;
 }

@@ -1,9 +1,13 @@
-// The object of a [[measure]]: a boundary contact, a coupling, a boundary or a motion frame.
+// The object of a [[measure]], a boundary contact, a coupling, a boundary or a motion frame, and
+// the time span of its stage.
 #pragma once
 
+#include <cmath>
+#include <limits>
 #include <string>
 
 #include "experiments/case/case.h"
+#include "experiments/results/results_file.h"
 
 namespace firn {
 
@@ -21,6 +25,21 @@ inline std::string part_group(const Case& c, const Measure& m) {
                       : m.boundary.empty() ? "/motion_frames/"
                                            : "/boundaries/";
   return group + measured_part(c, m) + "/";
+}
+
+struct MeasuredSpan {
+  double start = 0, end = std::numeric_limits<double>::infinity();  // s
+  bool includes(double time) const { return time >= start && time <= end; }
+};
+
+// Of the named stage, or of the whole run without a name; includes no time if the stage never came.
+// Times of stages are whole steps, those of frames too.
+inline MeasuredSpan measured_span(const Recording& recording, const std::string& stage) {
+  if (stage.empty()) return {};
+  for (const StageRecord& s : recording.stages())
+    if (s.name == stage)
+      return {s.start - 1e-9, std::isnan(s.end) ? MeasuredSpan{}.end : s.end + 1e-9};
+  return {std::numeric_limits<double>::infinity(), 0};
 }
 
 }  // namespace firn

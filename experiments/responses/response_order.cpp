@@ -32,9 +32,11 @@ MeasureNames names_of_kind(Measure::Kind kind) {
     case Measure::Kind::drum:
       return {{"drum_angle"}, {"drum_angle_scatter", "drum_mass_angle"}};
     case Measure::Kind::curve:
-      return {{"curve_x", "curve_y"}, {}};
+      return {{"curve_x", "curve_y"}, {"curve_y_min", "curve_y_max"}};
     case Measure::Kind::load:
       return {{"load_peak"}, {"load_mean"}};
+    case Measure::Kind::above:
+      return {{"above_count"}, {"below_count", "above_force"}};
   }
   return {};
 }

@@ -406,7 +406,7 @@ void check_case(const Contents& contents, const hdf5::File& file, const Case& c)
                            "file",
                            g, names[g], c.sensors[g].name));
   }
-  for (const Column& column : result_columns(c.model)) {
+  for (const Column& column : result_columns(c)) {
     const auto shape = contents.shapes.find(column.path);
     if (shape == contents.shapes.end()) continue;
     Shape expected{shape->second[0]};

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "experiments/analysis/boundary_support.h"
 #include "experiments/analysis/sample_statistics.h"
 #include "experiments/results/body_number.h"
 #include "experiments/results/contact_statistics_results.h"
@@ -94,23 +95,44 @@ void add_boundary(Row& row, const BoundaryState& b, double interval) {
   }
 }
 
-// The smallest of the sorted values that `share` of them do not exceed; NaN of none.
+// By boundary, whether a measure of the case needs the particles that it bears.
+std::vector<bool> supporting_boundaries(const Case& c) {
+  std::vector<bool> selected;
+  for (const Boundary& boundary : c.model.boundaries)
+    selected.push_back(std::ranges::any_of(c.measures, [&](const Measure& m) {
+      return m.kind == Measure::Kind::above && m.boundary == boundary.name;
+    }));
+  return selected;
+}
+
+void add_support(Row& row, const BoundarySupport& support) {
+  row.add(support.above_count);
+  row.add(support.below_count);
+  row.add(support.above_force);
+}
+
 }  // namespace
 
-std::vector<Column> result_columns(const Model& model) {
+std::vector<Column> result_columns(const Case& c) {
+  const Model& model = c.model;
+  const std::vector<bool> supporting = supporting_boundaries(c);
   const std::size_t n = model.particles.size();
   std::vector<Column> columns = {{"/frames/time", "s", {}},
                                  {"/frames/position", "m", {n, 3}},
                                  {"/frames/orientation", "1", {n, 4}},
                                  {"/frames/velocity", "m/s", {n, 3}},
                                  {"/frames/angular_velocity", "rad/s", {n, 3}}};
-  for (const Boundary& boundary : model.boundaries) {
-    const std::string group = "/boundaries/" + boundary.name;
+  for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
+    const std::string group = "/boundaries/" + model.boundaries[b].name;
     columns.push_back({group + "/force", "N", {3}});
     columns.push_back({group + "/torque", "N m", {3}});
     columns.push_back({group + "/peak_normal_force", "N", {}});
     columns.push_back({group + "/position", "m", {3}});
     columns.push_back({group + "/orientation", "1", {4}});
+    if (!supporting[b]) continue;
+    columns.push_back({group + "/above_count", "1", {}});
+    columns.push_back({group + "/below_count", "1", {}});
+    columns.push_back({group + "/above_force", "N", {}});
   }
   for (const MotionFrame& frame : model.frames) {
     const std::string group = "/motion_frames/" + frame.name;
@@ -160,18 +182,24 @@ std::vector<Column> result_columns(const Model& model) {
   return columns;
 }
 
-std::vector<double> frame_row(const Solver& solver, double interval) {
+std::vector<double> frame_row(const Solver& solver, const Case& c, double interval) {
   Row row;
   row.add(solver.time());
   add_particles(row, solver);
-  for (const BoundaryState& boundary : solver.boundaries()) add_boundary(row, boundary, interval);
+  const std::vector<bool> supporting = supporting_boundaries(c);
+  const std::vector<BoundarySupport> support = boundary_support(solver, supporting);
+  const std::vector<BoundaryState>& boundaries = solver.boundaries();
+  for (std::size_t b = 0; b < boundaries.size(); ++b) {
+    add_boundary(row, boundaries[b], interval);
+    if (supporting[b]) add_support(row, support[b]);
+  }
   const std::vector<FrameState> frames = solver.frames();
   for (std::size_t f = 0; f < frames.size(); ++f) {
     add_frame(row, frames[f], solver.model().frames[f].free, interval);
   }
   const std::vector<CouplingState> couplings = solver.couplings();
-  for (std::size_t c = 0; c < couplings.size(); ++c)
-    add_coupling(row, couplings[c], solver.model().couplings[c].has_friction(), interval);
+  for (std::size_t k = 0; k < couplings.size(); ++k)
+    add_coupling(row, couplings[k], solver.model().couplings[k].has_friction(), interval);
   for (const BoundaryContactState& contact : solver.boundary_contacts())
     add_contact(row, contact, interval);
   const Energy e = solver.energy();

@@ -13,10 +13,11 @@
 
 namespace firn {
 
-// The columns of the results file of a model, and the concatenated rows of all columns for the
-// state of the solver. `interval` (s): time since the boundary loads were cleared; 0: loads are 0.
-std::vector<Column> result_columns(const Model& model);
-std::vector<double> frame_row(const Solver& solver, double interval);
+// The columns of the results file of a case, and the concatenated rows of all columns for the
+// state of a solver of its model. `interval` (s): time since the boundary loads were cleared; 0:
+// loads are 0.
+std::vector<Column> result_columns(const Case& c);
+std::vector<double> frame_row(const Solver& solver, const Case& c, double interval);
 
 // Writes attributes of the file and constant data.
 void write_header(hdf5::File& file, const Case& c);

@@ -318,7 +318,7 @@ void Driver::record_frame() {
       static_cast<double>(solver_.steps() - state_.loads_cleared) * case_.model.timestep;
   if (recorder_ || observer_.frame) {
     solver_.complete_step();
-    std::vector<double> row = frame_row(solver_, interval);
+    std::vector<double> row = frame_row(solver_, case_, interval);
     if (observer_.frame) observer_.frame(state_.frames, row);
     if (recorder_) recorder_->push(std::move(row));
   }

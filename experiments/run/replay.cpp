@@ -28,12 +28,12 @@ bool same(double a, double b) {
 // Compares the frames of a replay with those of the file, number by number.
 class FrameProof {
  public:
-  FrameProof(const std::string& results_file, const Recording& recording, const Model& model)
+  FrameProof(const std::string& results_file, const Recording& recording, const Case& c)
       : name_(results_file),
         file_(results::open_file(results_file, hdf5::File::Access::read)),
-        columns_(result_columns(model)),
+        columns_(result_columns(c)),
         times_(recording.frame_times()),
-        timestep_(model.timestep) {}
+        timestep_(c.model.timestep) {}
 
   // Throws RunError when the frame was recorded and is not the same.
   void compare(std::uint64_t frame, const std::vector<double>& row) {
@@ -152,7 +152,7 @@ Replay replay(const Case& c, const ReplayOptions& options) {
 Replay replay(const std::string& results_file, const ReplayOptions& options) try {
   const Recording recording(results_file);
   const Case c = case_of(recording, "replayed");
-  FrameProof proof(results_file, recording, c.model);
+  FrameProof proof(results_file, recording, c);
   const RunOptions run = run_options(options);
   RunObserver looks = replay_observer(options);
   bool enough = false;

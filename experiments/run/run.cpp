@@ -155,7 +155,7 @@ RunSummary run(const Case& c, const RunOptions& options) {
     interruption::Temporary unsaved[] = {interruption::Temporary(options.results_file),
                                          interruption::Temporary(saved_copy(options.results_file))};
     created.reset();
-    recorder.emplace(Recorder::create(lock, result_columns(c.model)));
+    recorder.emplace(Recorder::create(lock, result_columns(c)));
     recorder->with_file([&](hdf5::File& file) {
       write_header(file, c);
       file.flush();
@@ -209,7 +209,7 @@ RunSummary resume(const std::string& results_file, const RunOptions& given, cons
     if (!unfinished) return finished(complete_finished_run(lock));
     const Case& c = *known;
     if (!restored) lock->save_copy();
-    Recorder recorder = Recorder::reopen(lock, result_columns(c.model));
+    Recorder recorder = Recorder::reopen(lock, result_columns(c));
     Driver driver(c, options, &recorder, run_observer(options));
     try {
       driver.restore();

@@ -229,6 +229,11 @@ name = "press"
 boundary = "floor"
 stage = "hold"
 [[measure]]
+kind = "above"
+name = "rest"
+boundary = "floor"
+stage = "hold"
+[[measure]]
 kind = "curve"
 name = "way"
 motion_frame = "arm"
@@ -239,7 +244,9 @@ points = 5
 kind = "curve"
 name = "jolt"
 motion_frame = "arm"
+x_period = "2 ms"
 y = "acceleration"
+points = 4
 [[measure]]
 kind = "curve"
 name = "push"

@@ -105,14 +105,19 @@ void read_accelerometer(const TomlTable& t, const Model& model, double frame_int
   require_samples(t, frame_interval, m.cfc);
 }
 
+// Where responses cannot do without the name of their measure.
+void require_name(const TomlTable& t) {
+  if (t.string("name", "").empty())
+    t.fail("name", "is missing; expected a name, which the responses bear");
+}
+
 // Of a measure of a part of a machine.
 void require_one_body(const TomlTable& t) {
   if (t.has("boundary") + t.has("motion_frame") + t.has("boundary_contact") + t.has("coupling") !=
       1)
     t.fail("boundary",
            "motion_frame, boundary_contact and coupling exclude each other; expected one of them");
-  if (t.string("name", "").empty())
-    t.fail("name", "is missing; expected a name, which the responses bear");
+  require_name(t);
 }
 
 // The index of the element that `key` names.
@@ -138,9 +143,18 @@ void require_friction(const TomlTable& t, const Measure& m, bool has_friction) {
     t.fail("y", "is \"dissipated_friction\" of a part without friction; expected another one");
 }
 
+// Of the x of a curve.
+const Dimension& dimension_of_x(const Model& model, const Measure& m) {
+  if (m.x == "time") return dimension::time;
+  if (m.x == "displacement") return dimension::length;
+  const MotionFrame& frame = model.frames[static_cast<std::size_t>(m.frame)];
+  const Joint& joint = frame.free->joints[static_cast<std::size_t>(m.axis)];
+  return joint.kind == Joint::Kind::rotation ? dimension::angle : dimension::length;
+}
+
 void read_curve(const TomlTable& t, const Model& model, double frame_interval, Measure& m) {
   t.allow({"kind", "name", "boundary", "motion_frame", "boundary_contact", "coupling", "axis", "x",
-           "y", "points", "cfc"});
+           "x_period", "y", "points", "cfc"});
   require_one_body(t);
   if (t.has("boundary")) {
     m.boundary = t.string("boundary");
@@ -174,10 +188,18 @@ void read_curve(const TomlTable& t, const Model& model, double frame_interval, M
                          "reaction_force", "dissipated_friction"});
     require_friction(t, m, free->has_joint_friction());
   }
+  m.x_period =
+      t.optional_quantity("x_period", dimension_of_x(model, m), Sign::positive).value_or(0);
   m.points = t.integer("points", 2, 500);
   if (m.points > 20000) t.fail("points", "are too many for a response; expected 20000 at most");
   m.cfc = t.optional_quantity("cfc", dimension::frequency, Sign::positive).value_or(0);
   require_samples(t, frame_interval, m.cfc);
+}
+
+void read_measured_stage(const TomlTable& t, const Case& c, Measure& m) {
+  m.stage = t.string("stage", "");
+  if (!m.stage.empty() && std::ranges::count(c.stages, m.stage, &Stage::name) == 0)
+    t.fail("stage", fmt::format("\"{}\" is not a stage; expected one of [[stages]]", m.stage));
 }
 
 void read_load(const TomlTable& t, const Case& c, Measure& m) {
@@ -195,9 +217,15 @@ void read_load(const TomlTable& t, const Case& c, Measure& m) {
     m.frame = frame_index(t, "motion_frame", c.model.frames);
   }
   if (t.has("direction")) m.direction = t.direction("direction");
-  m.stage = t.string("stage", "");
-  if (!m.stage.empty() && std::ranges::count(c.stages, m.stage, &Stage::name) == 0)
-    t.fail("stage", fmt::format("\"{}\" is not a stage; expected one of [[stages]]", m.stage));
+  read_measured_stage(t, c, m);
+}
+
+void read_above(const TomlTable& t, const Case& c, Measure& m) {
+  t.allow({"kind", "name", "boundary", "stage"});
+  require_name(t);
+  m.boundary = t.string("boundary");
+  boundary_index(t, "boundary", m.boundary, c.model.boundaries);
+  read_measured_stage(t, c, m);
 }
 
 }  // namespace
@@ -207,7 +235,7 @@ std::vector<Measure> read_measures(const TomlTable& root, const Case& c) {
   std::vector<Measure> measures;
   for (const TomlTable& t : root.tables("measure")) {
     const std::string kind = t.choice("kind", {"sliding_onset", "slide", "rebound", "heap",
-                                               "accelerometer", "drum", "curve", "load"});
+                                               "accelerometer", "drum", "curve", "load", "above"});
     Measure m;
     if (kind == "sliding_onset") {
       m.kind = Measure::Kind::slip;
@@ -227,6 +255,9 @@ std::vector<Measure> read_measures(const TomlTable& root, const Case& c) {
     } else if (kind == "load") {
       m.kind = Measure::Kind::load;
       read_load(t, c, m);
+    } else if (kind == "above") {
+      m.kind = Measure::Kind::above;
+      read_above(t, c, m);
     } else if (kind == "drum") {
       m.kind = Measure::Kind::drum;
       read_drum(t, model, m);
@@ -234,7 +265,8 @@ std::vector<Measure> read_measures(const TomlTable& root, const Case& c) {
       m.kind = Measure::Kind::heap;
       read_heap(t, m);
     }
-    if (model.gravity.norm() == 0 && (kind == "sliding_onset" || kind == "rebound")) {
+    if (model.gravity.norm() == 0 &&
+        (kind == "sliding_onset" || kind == "rebound" || kind == "above")) {
       t.fail("kind", fmt::format("is \"{}\" without gravity; expected a case with one", kind));
     }
     m.name = t.string("name", "");

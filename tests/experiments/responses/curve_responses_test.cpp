@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "experiments/case_reader/read_case.h"
 #include "tests/support/error_of.h"
@@ -67,6 +68,13 @@ x = "coordinate"
 y = "acceleration"
 [[measure]]
 kind = "curve"
+name = "swing"
+motion_frame = "cup"
+y = "coordinate"
+x_period = "62.8318531 ms"
+points = 10
+[[measure]]
+kind = "curve"
 name = "press"
 boundary = "platen"
 x = "displacement"
@@ -118,6 +126,49 @@ TEST_F(Curves, HaveTheSlopesOfTheirSprings) {
   EXPECT_THAT(force.method, HasSubstr("force over displacement of \"platen\""));
 }
 
+// The cup's coordinate is 2 mm (1 - cos w t) with w = 100/s: three periods and a part of a fourth.
+TEST_F(Curves, AreFoldedOverTheirPeriod) {
+  const RunSummary summary = run(read_case_text(kBench, "bench.toml", "."), options("run.h5"));
+  ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
+  const auto response = [&](const std::string& name) {
+    const auto found = std::ranges::find(summary.responses, name, &Response::name);
+    return found == summary.responses.end() ? Response{} : *found;
+  };
+  const Response x = response("swing_curve_x"), mean = response("swing_curve_y"),
+                 least = response("swing_curve_y_min"), most = response("swing_curve_y_max");
+  ASSERT_EQ(x.value.size(), 10U);
+  ASSERT_EQ(mean.value.size(), 10U);
+  ASSERT_EQ(least.value.size(), 10U);
+  ASSERT_EQ(most.value.size(), 10U);
+  EXPECT_EQ(x.unit, "s");
+  EXPECT_EQ(most.unit, "m");
+  EXPECT_THAT(mean.method, HasSubstr("folded with a period of 0.0628319 s, 10 bins: mean of each"));
+  const auto coordinate = [](double phase) { return 2e-3 * (1 - std::cos(phase)); };
+  for (std::size_t k = 0; k < 10; ++k) {
+    const double low = 0.2 * std::numbers::pi * static_cast<double>(k),
+                 high = low + 0.2 * std::numbers::pi;
+    EXPECT_NEAR(x.value[k], 0.5e-2 * (low + high), 1e-9) << k;
+    const double expected = 2e-3 * (1 - (std::sin(high) - std::sin(low)) / (high - low));
+    EXPECT_NEAR(mean.value[k], expected, 6e-5) << k;
+    const auto [from, to] = std::minmax({coordinate(low), coordinate(high)});
+    EXPECT_NEAR(least.value[k], from, 6e-5) << k;
+    EXPECT_NEAR(most.value[k], to, 6e-5) << k;
+  }
+}
+
+TEST_F(Curves, HaveAPeriodInTheUnitsOfTheirX) {
+  const auto period = [](const std::string& measure, const std::string& value) {
+    const Case c = read_case_text(
+        kBench, "bench.toml", ".",
+        {{"motion_frames.cup.free.joints", "[{ kind = \"rotation\", direction = [0, 0, 1] }]"},
+         {"measure." + measure + ".x_period", value}});
+    return std::ranges::find(c.measures, measure, &Measure::name)->x_period;
+  };
+  EXPECT_DOUBLE_EQ(period("spring", "720 deg"), 4 * std::numbers::pi);
+  EXPECT_DOUBLE_EQ(period("swing", "2 s"), 2);
+  EXPECT_DOUBLE_EQ(period("press", "3 mm"), 3e-3);
+}
+
 // The platen touches after 0.02 s and comes 5 mm/s nearer: a force that grows with time.
 TEST_F(Curves, LoadsAreMeansOverTheirStage) {
   const RunSummary summary = run(read_case_text(kBench, "bench.toml", "."), options("run.h5"));
@@ -143,6 +194,9 @@ TEST_F(Curves, AreRefusedInOneLine) {
   EXPECT_THAT(complaint("measure.spring.axis", "1"),
               HasSubstr("expected the index of a joint of a free motion frame"));
   EXPECT_THAT(complaint("measure.spring.cfc", "1000 Hz"), HasSubstr("needs a sample every"));
+  for (const char* wrong : {"0 mm", "-1 mm", "720 deg", "2"})
+    EXPECT_THAT(complaint("measure.spring.x_period", wrong), HasSubstr("measure.spring.x_period"));
+  EXPECT_THAT(complaint("measure.late.x_period", "1 s"), HasSubstr("x_period"));
   EXPECT_THAT(complaint("measure.late.stage", "after"), HasSubstr("\"after\" is not a stage"));
   EXPECT_THAT(complaint("measure.late.motion_frame", "cup"), HasSubstr("expected one of them"));
   EXPECT_THAT(complaint("measure.late.direction", "[0, 0, 0]"), HasSubstr("direction"));

@@ -223,7 +223,8 @@ TEST(ResponseOrder, EveryKindOfMeasureLeads) {
       {Measure::Kind::heap, "heap_angle"},
       {Measure::Kind::accelerometer, "contact_force_peak"},
       {Measure::Kind::drum, "drum_angle"},
-      {Measure::Kind::load, "load_peak"}};
+      {Measure::Kind::load, "load_peak"},
+      {Measure::Kind::above, "above_count"}};
   for (const std::string name : {"", "b", "two words"}) {
     for (const auto& [kind, ending] : leading) {
       Case c;

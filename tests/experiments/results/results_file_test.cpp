@@ -61,7 +61,7 @@ std::vector<double> frame_row(const std::vector<Column>& columns, int i) {
 }
 
 Recorder new_recorder(const std::string& file, const Case& c) {
-  Recorder recorder = Recorder::create(file, result_columns(c.model));
+  Recorder recorder = Recorder::create(file, result_columns(c));
   recorder.with_file([&](hdf5::File& f) {
     write_header(f, c);
     f.flush();
@@ -72,7 +72,7 @@ Recorder new_recorder(const std::string& file, const Case& c) {
 std::string make_file(const std::string& file, int particles, int frames) {
   const Case c = case_of(particles);
   Recorder recorder = new_recorder(file, c);
-  for (int i = 0; i < frames; ++i) recorder.push(frame_row(result_columns(c.model), i));
+  for (int i = 0; i < frames; ++i) recorder.push(frame_row(result_columns(c), i));
   recorder.close();
   return file;
 }
@@ -218,7 +218,7 @@ TEST_F(ResultsFile, EarlierResultsAreKept) {
 TEST_F(ResultsFile, HasOneWriterAndAnyNumberOfReaders) {
   const Case c = case_of(2);
   Recorder recorder = new_recorder(path("run.h5"), c);
-  EXPECT_THROW(Recorder::reopen(path("run.h5"), result_columns(c.model)), InputError);
+  EXPECT_THROW(Recorder::reopen(path("run.h5"), result_columns(c)), InputError);
   EXPECT_THROW(rename_earlier_results(path("run.h5")), InputError);
   const Recording first(path("run.h5")), second(path("run.h5"));
   EXPECT_EQ(second.status(), "running");
@@ -252,7 +252,7 @@ TEST_F(ResultsFile, HalfWrittenCheckpointLeavesTheOlderOne) {
 // safe.
 [[noreturn]] void write_until_killed(const std::string& file, int particles, int pipe) {
   const Case c = case_of(particles);
-  const std::vector<Column> columns = result_columns(c.model);
+  const std::vector<Column> columns = result_columns(c);
   Recorder recorder = new_recorder(file, c);
   for (int i = 0;; ++i) {
     if (i % 20 == 0) {
