@@ -42,7 +42,10 @@ auto with_overrides(const SuiteExperiment& experiment, const ParameterSet& set, 
     if (std::ranges::count(set.set, o) > 0) return place_among(set.set, set.set_places, o);
     return place_among(experiment.set, experiment.set_places, o);
   };
-  return with_override_places(experiment.case_file, all, place_of, [&] { return make(all); });
+  return with_override_places(experiment.case_file, all, place_of, [&] {
+    return with_material_places([&](const std::string&) { return set.material_place; },
+                                [&] { return make(all); });
+  });
 }
 
 class Runner {
@@ -87,14 +90,26 @@ class Runner {
         continue;
       }
       if (!database) database.emplace(material_database_file(options_.database));
-      const MaterialChoice choice = parse_material_choice(p.material);
-      records_.emplace_back(database->find(choice.name, choice.version).record);
+      records_.emplace_back(
+          with_place(p.material_place, [&] { return find(*database, p.material); }));
       p.material = records_.back()->reference();  // the version that is there now
-      if (p.samples > 0 && !records_.back()->ensemble)
-        throw InputError(
-            fmt::format("{}: samples: {} has no posterior ensemble to draw from; expected none",
-                        suite_.source, p.material));
+      if (p.samples > 0) require_ensemble(*records_.back(), p.samples_place);
     }
+  }
+
+  static MaterialRecord find(const MaterialDatabase& database, const std::string& text) {
+    const MaterialChoice choice = parse_material_choice(text);
+    if (!choice.selection().empty())
+      throw InputError(
+          fmt::format("material {}: names a sample; expected NAME or NAME@VERSION here", text));
+    return database.find(choice.name, choice.version).record;
+  }
+
+  // `place`: of the number of samples in the suite.
+  static void require_ensemble(const MaterialRecord& record, const std::string& place) {
+    if (!record.ensemble)
+      throw InputError(fmt::format("{}: {} has no posterior ensemble to draw from; expected none",
+                                   place, record.reference()));
   }
 
   void add(std::size_t experiment, std::size_t set, Purpose purpose, double setting,
@@ -113,6 +128,7 @@ class Runner {
     add(e, p, Purpose::base, 0, experiment.seeds);
     if (const int samples = experiment.samples.value_or(set.samples);
         samples > 0 && !set.material.empty() && has_value(e)) {
+      if (experiment.samples) require_ensemble(*records_[p], experiment.samples_place);
       // Other draws, other seeds: what seeds do is taken out of their scatter.
       std::vector<std::uint64_t> seeds;
       for (int k = 0; k < samples; ++k)
@@ -129,10 +145,8 @@ class Runner {
     if (!refine.material.empty()) {
       const auto found = std::ranges::find(base.model.materials, refine.material, &Material::name);
       if (found == base.model.materials.end())
-        throw InputError(
-            fmt::format("{}: experiments.{}.refine.material: \"{}\" is not a material of "
-                        "the case; expected one",
-                        suite_.source, experiment.name, refine.material));
+        throw InputError(fmt::format("{}: \"{}\" is not a material of the case; expected one",
+                                     refine.material_place, refine.material));
       base_modulus_[e] = found->young_modulus;
     }
     for (std::size_t k = 0; k < refine.timesteps.size(); ++k)
@@ -290,7 +304,10 @@ Validation validate(const ValidationOptions& options) {
   if (!options.material.empty()) {
     ParameterSet set{options.material, "", options.material, {}, 0};
     for (const ParameterSet& p : suite.parameter_sets)
-      set.samples = std::max(set.samples, p.samples);
+      if (p.samples > set.samples) {
+        set.samples = p.samples;
+        set.samples_place = p.samples_place;
+      }
     suite.parameter_sets = {set};
     for (SuiteExperiment& e : suite.experiments) e.parameter_sets.clear();
   }

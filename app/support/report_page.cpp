@@ -47,6 +47,12 @@ page::Page report_page(const std::string& path, const ValidationPageOptions& opt
                     "or optimization, "
                     "or its results.json",
                     source.string()));
+  if (source.extension() == ".toml")
+    throw InputError(
+        fmt::format("{}: is an input; expected what was made of it: RUN.h5, the folder "
+                    "of a study, validation, sweep or optimization, or its "
+                    "results.json",
+                    source.string()));
   const ResultsJson results = read_results_json(source.string());
   const std::string kind = results.kind();
   if (kind == "sweep") return sweep_page(results);

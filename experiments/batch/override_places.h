@@ -1,4 +1,5 @@
-// Errors of a case in values that another file sets in it, with their place in that file.
+// Errors of a case in values and material records that another file sets in it, with their place in
+// that file.
 #pragma once
 
 #include <functional>
@@ -44,6 +45,19 @@ auto with_override_places(const std::string& case_file, const std::vector<Overri
     return make();
   } catch (const OverrideError& error) {
     throw_with_place(error, case_file, overrides, places);
+  }
+}
+
+// Returns make(), which reads a case with material records. Puts place_of(record) before the
+// message of an error in a requested record; empty: nothing.
+template <class PlaceOf, class Make>
+auto with_material_places(const PlaceOf& place_of, const Make& make) {
+  try {
+    return make();
+  } catch (const MaterialRequestError& error) {
+    const std::string place = place_of(error.record);
+    if (place.empty()) throw;
+    throw InputError(place + ": " + error.what());
   }
 }
 

@@ -27,14 +27,16 @@ class Application {
   }
 
   std::vector<AppliedMaterial> carry_out() {
-    for (const std::string& text : request_.records) {
-      const MaterialChoice choice = parse_material_choice(text);
-      applied_.push_back(apply(choice, find(choice), true));
-      choices_.push_back(choice);
-    }
+    for (const std::string& text : request_.records)
+      requested(text, [&] {
+        const MaterialChoice choice = parse_material_choice(text);
+        applied_.push_back(apply(choice, find(choice), true));
+        choices_.push_back(choice);
+      });
     const std::size_t named = applied_.size();
     for (const TomlTable& table : TomlTable::root(document_).tables(tables_name)) read(table);
-    for (std::size_t i = 0; i < named; ++i) leave_out_parts_of_laws(applied_[i]);
+    for (std::size_t i = 0; i < named; ++i)
+      requested(request_.records[i], [&] { leave_out_parts_of_laws(applied_[i]); });
     // Noted behind those of the file, so that they read the same.
     for (std::size_t i = 0; i < named; ++i) append(applied_[i], choices_[i]);
     std::rotate(applied_.begin(), applied_.begin() + static_cast<std::ptrdiff_t>(named),
@@ -43,6 +45,16 @@ class Application {
   }
 
  private:
+  // Carries out use(), which takes a requested record.
+  template <class Use>
+  static void requested(const std::string& record, const Use& use) {
+    try {
+      use();
+    } catch (const InputError& error) {
+      throw MaterialRequestError(record, error.what());
+    }
+  }
+
   struct Setter {
     std::string record;
     bool over_file;

@@ -12,7 +12,7 @@ namespace firn {
 // precedence: records that the case names, keys of the case, requested records, earlier overrides
 // of the document. A parameter with several keys sets all of them or none. The document then lists
 // each record with version, hash and the keys that it set, so that the resolved case does not need
-// the records. Throws InputError.
+// the records. Throws InputError, for a requested record MaterialRequestError.
 std::vector<AppliedMaterial> apply_materials(TomlDocument& document,
                                              const MaterialRequest& request);
 

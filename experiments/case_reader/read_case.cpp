@@ -240,6 +240,8 @@ void read_process(const TomlTable& root, const std::string& directory, Case& c) 
   read_experiment(root, c);
   check_names(root, model.boundaries);
   for (const TomlTable& t : root.tables("boundaries")) c.boundary_places.push_back(t.place());
+  for (const TomlTable& t : root.tables("fills")) c.fill_places.push_back(t.place());
+  for (const TomlTable& t : root.tables("inlets")) c.inlet_places.push_back(t.place());
   c.allow_overlap_with = read_allowed_overlaps(root, model.boundaries);
   if (!c.drained_repose) c.stages = read_stages(root, c);
   check_stage_names(root, c);

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <sstream>
 
 #include "experiments/storage/sha256.h"
 #include "experiments/system/input_file.h"
@@ -293,8 +294,12 @@ void check_read(const MaterialRecord& record, const std::string& source, std::st
   try {
     check(record);
   } catch (const InputError& e) {
-    throw InputError(fmt::format("{}: {}{}{}", json_place(source, text, path), fmt::join(path, "."),
-                                 path.empty() ? "" : ".", e.what()));
+    const std::string problem = e.what();  // FIELD: FAULT
+    std::vector<std::string> whole = path;
+    std::istringstream field(problem.substr(0, problem.find(':')));
+    for (std::string key; std::getline(field, key, '.');) whole.push_back(key);
+    throw InputError(fmt::format("{}: {}{}{}", json_place(source, text, whole),
+                                 fmt::join(path, "."), path.empty() ? "" : ".", problem));
   }
 }
 

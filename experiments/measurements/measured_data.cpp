@@ -128,6 +128,7 @@ void read_trace(const TomlTable& t, MeasuredData& d) {
   const CsvColumn time = find_csv_column(d.file, rows.front(), time_column, dimension::time);
   const CsvColumn signal = find_csv_column(d.file, rows.front(), column, unit.dimension);
   double interval = 0;
+  std::size_t closest = 0;  // row behind it
   for (std::size_t i = 1; i < rows.size(); ++i) {
     d.time.push_back(csv_number(d.file, rows[i], time));
     d.samples.push_back(number_in_unit(d.file, rows[i], signal, unit.factor));
@@ -136,16 +137,19 @@ void read_trace(const TomlTable& t, MeasuredData& d) {
     if (!(step > 0))
       throw InputError(fmt::format("{}:{}: {}: does not grow; expected times in order", d.file,
                                    rows[i].line, time_column));
-    interval = interval == 0 ? step : std::min(interval, step);
+    if (interval == 0 || step < interval) {
+      interval = step;
+      closest = i;
+    }
   }
   if (d.time.size() < 3)
-    throw InputError(
-        fmt::format("{}: holds {} samples; expected three at least", d.file, d.time.size()));
+    throw InputError(fmt::format("{}:{}: CSV: holds {} samples; expected three at least", d.file,
+                                 rows.back().line, d.time.size()));
   if ((d.time.back() - d.time.front()) / interval > 1e8)
     throw InputError(
-        fmt::format("{}: {}: two times are only {} s apart; expected samples about "
+        fmt::format("{}:{}: {}: two times are only {} s apart; expected samples about "
                     "evenly spaced",
-                    d.file, time_column, interval));
+                    d.file, rows[closest].line, time_column, interval));
   apply_zero(zero, t, d.time, d.samples);
   resample(d.time, d.samples, interval);  // the smallest step of the file
   if (cfc > 0) {
@@ -179,17 +183,22 @@ void read_curve(const TomlTable& t, MeasuredData& d) {
   std::optional<CsvColumn> marks;
   if (!repeat.empty()) marks = find_csv_column(d.file, rows.front(), repeat, std::nullopt);
   std::string before;
+  std::vector<unsigned> first_lines;  // [repeats]
   for (std::size_t i = 1; i < rows.size(); ++i) {
     const std::string mark = marks ? rows[i].fields[marks->index] : "";
-    if (d.repeats.empty() || mark != before) d.repeats.emplace_back();
+    if (d.repeats.empty() || mark != before) {
+      d.repeats.emplace_back();
+      first_lines.push_back(rows[i].line);
+    }
     before = mark;
     d.repeats.back().x.push_back(number_in_unit(d.file, rows[i], xs, x_unit.factor));
     d.repeats.back().y.push_back(number_in_unit(d.file, rows[i], ys, unit.factor));
   }
-  for (MeasuredData::Repeat& r : d.repeats) {
+  for (std::size_t i = 0; i < d.repeats.size(); ++i) {
+    MeasuredData::Repeat& r = d.repeats[i];
     if (r.x.size() < 3)
-      throw InputError(fmt::format("{}: a repeat holds {} samples; expected three at least", d.file,
-                                   r.x.size()));
+      throw InputError(fmt::format("{}:{}: CSV: a repeat holds {} samples; expected three at least",
+                                   d.file, first_lines[i], r.x.size()));
     apply_zero(zero, t, r.x, r.y);
     if (cfc == 0) continue;
     // The filter needs equal steps of x, which must be a time.
@@ -250,6 +259,7 @@ MeasuredData read_measured_data(const TomlTable& t, const std::string& directory
   std::error_code unreadable;  // as a name that is too long
   d.present = std::filesystem::exists(d.file, unreadable);
   d.response = t.string("response");
+  d.response_place = t.place("response");
   d.source = t.string("source", "");
   const auto belongs = [&](std::initializer_list<const char*> keys, bool here) {
     for (const char* key : keys)
@@ -271,7 +281,7 @@ MeasuredData read_measured_data(const TomlTable& t, const std::string& directory
   const bool empty = d.kind == MeasuredData::Kind::curve ? d.repeats.empty() : d.values.empty();
   if (d.present && d.kind != MeasuredData::Kind::classes && empty)
     throw InputError(
-        fmt::format("{}: holds no value; expected one at least{}", d.file,
+        fmt::format("{}:1: CSV: holds no value; expected one at least{}", d.file,
                     d.kind == MeasuredData::Kind::trace ? " above the threshold" : ""));
   // A tare and a filter add samples.
   const auto are_finite = [](const std::vector<double>& numbers) {

@@ -39,6 +39,7 @@ struct MeasuredData {
   // maximum; best: least difference.
   enum class Alignment { none, onset, best };
   Alignment align = Alignment::none;
+  std::string response_place = {};  // "FILE:LINE: KEY" for messages
 };
 
 // Reads the table [data] of a measurement. `directory`: folder of the measurement file. Throws

@@ -60,11 +60,13 @@ void set_statistics(const std::vector<double>& values, Measurement& m) {
 void read_value_list(const TomlTable& t, Measurement& m) {
   for (const std::string& text :
        t.strings("values", "quantities, such as [\"9 deg\", \"11 deg\"]")) {
-    const UnitValue q = t.at("values", [&] { return parse_unit_value(text); });
+    const UnitValue q =
+        t.at_element("values", m.values.size(), [&] { return parse_unit_value(text); });
     if (m.values.empty()) m.unit = q.unit;
     if (q.unit != m.unit) {
-      t.fail("values",
-             fmt::format("has the units \"{}\" and \"{}\"; expected one for all", m.unit, q.unit));
+      t.fail_element(
+          "values", m.values.size(),
+          fmt::format("has the units \"{}\" and \"{}\"; expected one for all", m.unit, q.unit));
     }
     m.values.push_back(q.value);
   }
@@ -151,6 +153,8 @@ std::vector<Criterion> read_criteria(const TomlTable& root) {
     if (t.has("if_run_fails"))
       c.if_run_fails = t.choice("if_run_fails", {"holds", "does not hold"}) == "holds";
     c.rationale = t.string("rationale");
+    c.lhs_place = t.place("lhs");
+    c.rhs_place = t.place("rhs");
     for (const char* key : {"statement", "lhs", "rhs", "rationale"})
       if (t.string(key).empty()) t.fail(key, "is empty; expected some words");
     if (!(c.factor > 0)) t.fail("factor", fmt::format("is {}; expected more than zero", c.factor));
@@ -212,6 +216,7 @@ void read_value(const TomlTable& t, const std::string& directory, Measurement& m
   if (t.has("statement")) {
     t.fail("statement", "goes with the status \"qualitative\" only; expected a value");
   }
+  m.value_place = t.place(t.has("values") ? "values" : "value");
   if (t.has("values")) {
     read_measured_values(t, directory, m);
   } else {
@@ -299,6 +304,7 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
   m.criteria = read_criteria(t);
   m.recorded = t.string("status") == "recorded";
   read_recording(t, directory, m);
+  m.response_place = m.data && !t.has("response") ? m.data->response_place : t.place("response");
   m.response = m.data || !m.criteria.empty() ? t.string("response", m.data ? m.data->response : "")
                                              : t.string("response");
   m.source = t.string("source");
@@ -319,16 +325,16 @@ Measurement read_measurement(const std::string& file) {
 }
 
 void use_current_responses(Measurement& m) {
-  const auto use_current = [&](const std::string& key, std::string& text) {
+  const auto use_current = [](const std::string& place, std::string& text) {
     const std::string current = current_response_name(text);
-    if (current != text) warn_of_old_name(m.file, {key, 0, text, current, false});
+    if (current != text) warn_of_old_name(place, {"", 0, text, current, false});
     text = current;
   };
-  use_current("response", m.response);
-  if (m.data) use_current("data.response", m.data->response);
-  for (std::size_t i = 0; i < m.criteria.size(); ++i) {
-    use_current(fmt::format("criteria.{}.lhs", i), m.criteria[i].lhs);
-    use_current(fmt::format("criteria.{}.rhs", i), m.criteria[i].rhs);
+  use_current(m.response_place, m.response);
+  if (m.data) use_current(m.data->response_place, m.data->response);
+  for (Criterion& c : m.criteria) {
+    use_current(c.lhs_place, c.lhs);
+    use_current(c.rhs_place, c.rhs);
   }
 }
 

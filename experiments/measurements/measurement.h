@@ -27,6 +27,7 @@ struct Criterion {
   std::string rationale;  // derivation of the relation from the statement
   // Whether the statement holds in a run that fails; nothing: a failed run does not answer it.
   std::optional<bool> if_run_fails = {};
+  std::string lhs_place = {}, rhs_place = {};  // "FILE:LINE: KEY" for messages
 };
 
 struct Measurement {
@@ -54,6 +55,8 @@ struct Measurement {
   std::string statement;             // of a qualitative measurement
   std::vector<Criterion> criteria;   // relations that correspond to the statement
   std::optional<MeasuredData> data;  // detailed data
+  // "FILE:LINE: KEY" for messages: of `response`, and of the value or values.
+  std::string response_place = {}, value_place = {};
 
   // Standard uncertainty of the mean (GUM 4 and 5):
   // sqrt(standard_deviation^2 / repeats + systematic_uncertainty^2).

@@ -108,9 +108,11 @@ std::optional<std::string> ParticleFlow::insert_inlet_batch(Solver& solver, std:
             ? fmt::format("particle {}", *body)
             : fmt::format("boundary \"{}\"", case_.model.boundaries[index(*body - particles)].name);
     if (placed == 0 && (*body >= particles || solver.steps() == 0)) {
-      throw InputError(fmt::format(
-          "{}: inlets: body {} of \"{}\" at t = {:.6g} s overlaps {}; expected a free place",
-          case_.source, i + 1, source.name, solver.time(), taken_by));
+      const std::string place = number < case_.inlet_places.size() ? case_.inlet_places[number]
+                                                                   : case_.source + ": inlets";
+      throw InputError(
+          fmt::format("{}: body {} of \"{}\" at t = {:.6g} s overlaps {}; expected a free place",
+                      place, i + 1, source.name, solver.time(), taken_by));
     }
     return fmt::format("inlet \"{}\" is blocked: place {} of batch {} is taken by {}", source.name,
                        i + 1, placed + 1, taken_by);

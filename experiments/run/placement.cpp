@@ -68,10 +68,12 @@ void place_batch(Solver& solver, const Case& c, std::size_t index, std::uint64_t
       solver.insert(particle, position, orientation, fill.velocity, Vec3::Zero());
       return;
     }
+    const std::string place =
+        index < c.fill_places.size() ? c.fill_places[index] : c.source + ": fills";
     throw InputError(fmt::format(
-        "{}: fills: impossible fill: body {} of {} of shape \"{}\" at t = {:.6g} s {}; expected a "
+        "{}: impossible fill: body {} of {} of shape \"{}\" at t = {:.6g} s {}; expected a "
         "larger region, fewer bodies or smaller batches",
-        c.source, particle - first + 1, count, fill.shape, solver.time(),
+        place, particle - first + 1, count, fill.shape, solver.time(),
         fits ? fmt::format("found no free place in {} tries", kPlacementTries)
              : std::string("is larger than the region in every orientation")));
   };

@@ -4,6 +4,8 @@
 #include <map>
 #include <string>
 
+#include "firn/math.h"
+
 namespace firn {
 
 // "FILE:LINE: KEY" of a value and of its parts.
@@ -22,5 +24,17 @@ struct ValuePlace {
     return whole;
   }
 };
+
+// Returns make(). Puts `place` before the message of an InputError that it throws. Empty: no place
+// is known.
+template <class Make>
+auto with_place(const std::string& place, const Make& make) {
+  try {
+    return make();
+  } catch (const InputError& error) {
+    if (place.empty()) throw;
+    throw InputError(place + ": " + error.what());
+  }
+}
 
 }  // namespace firn

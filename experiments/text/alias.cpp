@@ -15,8 +15,9 @@ std::string old_name_warning(std::string_view old_name, std::string_view name) {
 }
 
 void warn_of_old_name(const std::string& place, const OldNameUse& use) {
-  const std::string line = fmt::format("firn: warning: {}: {}: {}\n", place, use.path,
-                                       old_name_warning(use.old_name, use.name));
+  const std::string where = use.path.empty() ? place : fmt::format("{}: {}", place, use.path);
+  const std::string line =
+      fmt::format("firn: warning: {}: {}\n", where, old_name_warning(use.old_name, use.name));
   static std::mutex mutex;
   static std::set<std::string> printed;
   constexpr std::size_t kMost = 1000;

@@ -18,7 +18,7 @@ struct Alias {
 
 // One use of an old name.
 struct OldNameUse {
-  std::string path;  // of the key; elements of arrays by index
+  std::string path;  // of the key; elements of arrays by index; empty: the place names it
   unsigned line = 0;
   std::string old_name, name;
   bool both = false;  // the table has the current name as well

@@ -185,21 +185,21 @@ void move_key(toml::table& table, std::string_view from, std::string_view to) {
   table.erase(from);
 }
 
-// Replaces `from` where a string, or a string of a list, is it. Returns whether one was.
-bool replace_word(toml::node& node, std::string_view from, std::string_view to) {
+// Replaces `from` where a string, or a string of a list, is it. Returns the first; null: none was.
+const toml::node* replace_word(toml::node& node, std::string_view from, std::string_view to) {
   if (toml::value<std::string>* text = node.as_string()) {
-    if (text->get() != from) return false;
+    if (text->get() != from) return nullptr;
     *text = std::string(to);
-    return true;
+    return text;
   }
-  bool any = false;
+  const toml::node* first = nullptr;
   if (toml::array* list = node.as_array())
     for (toml::node& element : *list)
       if (toml::value<std::string>* text = element.as_string(); text && text->get() == from) {
         *text = std::string(to);
-        any = true;
+        if (first == nullptr) first = text;
       }
-  return any;
+  return first;
 }
 
 void modernize(toml::table& table, const Active& active, const std::string& path,
@@ -217,8 +217,9 @@ void modernize(toml::table& table, const Active& active, const std::string& path
     const TomlAlias& r = *p.alias;
     if (!applies(p) || r.key.empty()) continue;
     toml::node* node = table.get(r.key);
-    if (node != nullptr && replace_word(*node, r.old_name, r.name))
-      report({join_path(path, r.key), line_of(*node), std::string(r.old_name), std::string(r.name),
+    const toml::node* word = node == nullptr ? nullptr : replace_word(*node, r.old_name, r.name);
+    if (word != nullptr)
+      report({join_path(path, r.key), line_of(*word), std::string(r.old_name), std::string(r.name),
               false});
   }
   for (auto&& [key, value] : table) {

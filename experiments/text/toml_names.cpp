@@ -54,17 +54,34 @@ void require_kind(TomlDocument& document, std::string_view table) {
                   fmt::format("is a key of a measurement file; expected {}", expected));
 }
 
+namespace {
+
+// Warns of an old name in the value of `key`: at the entry of a list that is `text`.
+void warn_of_old_text(const TomlTable& table, std::string_view key, const std::string& text,
+                      const std::string& current) {
+  std::string place = table.place(key);
+  if (table.is_list(key)) {
+    const std::vector<std::string> texts = table.strings(key);
+    const auto entry = std::ranges::find(texts, text);
+    if (entry != texts.end())
+      place = table.element_places(key).at(static_cast<std::size_t>(entry - texts.begin())).whole;
+  }
+  warn_of_old_name(place, {"", 0, text, current, false});
+}
+
+}  // namespace
+
 std::string current_case_key(const TomlTable& table, std::string_view key,
                              const std::string& path) {
   const std::string current = current_case_path(path);
-  if (current != path) warn_of_old_name(table.place(), {std::string(key), 0, path, current, false});
+  if (current != path) warn_of_old_text(table, key, path, current);
   return current;
 }
 
 std::string current_response(const TomlTable& table, std::string_view key,
                              const std::string& text) {
   const std::string current = current_response_name(text);
-  if (current != text) warn_of_old_name(table.place(), {std::string(key), 0, text, current, false});
+  if (current != text) warn_of_old_text(table, key, text, current);
   return current;
 }
 
@@ -98,8 +115,12 @@ std::vector<std::pair<std::string, std::string>> read_case_overrides(
   const std::string name = table.document().named(toml_text::join_path(table.path(), "set"));
   visit_overrides(table.required_table("set"), "",
                   [&](const TomlTable& values, const std::string& key, const std::string& path) {
-                    set.emplace_back(current_case_key(table, "set", path), values.value_text(key));
-                    if (places != nullptr) places->push_back(values.value_place(key, name));
+                    const ValuePlace place = values.value_place(key, name);
+                    const std::string current = current_case_path(path);
+                    if (current != path)
+                      warn_of_old_name(place.whole, {"", 0, path, current, false});
+                    set.emplace_back(current, values.value_text(key));
+                    if (places != nullptr) places->push_back(place);
                   });
   return set;
 }
@@ -122,9 +143,11 @@ std::string valid_name(const TomlTable& table) {
 std::string case_path(const TomlTable& table, const std::string& file, std::string_view whole) {
   const auto found = std::filesystem::path(file).parent_path() / table.string("case");
   std::error_code unreadable;  // as a name that is too long
-  if (!std::filesystem::exists(found, unreadable))
-    table.fail("case", fmt::format("{} does not exist; expected a case file, relative to the {}",
-                                   found.string(), whole));
+  const bool exists = std::filesystem::exists(found, unreadable);
+  if (!exists || std::filesystem::is_directory(found, unreadable))
+    table.fail("case",
+               fmt::format("{} {}; expected a case file, relative to the {}", found.string(),
+                           exists ? "is a folder" : "does not exist", whole));
   return found.lexically_normal().string();
 }
 

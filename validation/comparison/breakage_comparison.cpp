@@ -34,13 +34,17 @@ void compare_breakage(const SuiteComparison& what, const ComparisonRuns& e, Comp
   }
   c.strength = fit_weibull(what.measurement);
   c.breaking_force = what.measurement;
-  for (const std::string& response : what.responses) {
+  for (std::size_t i = 0; i < what.responses.size(); ++i) {
+    const std::string& response = what.responses[i];
+    const std::string place = what.response_place(i);
     require_unit("max " + response, *e.base, what.measurement);
-    const auto runs = loads_by_run(*e.base, response);
+    const auto runs = with_place(place, [&] { return loads_by_run(*e.base, response); });
     BreakageResult d;
     d.response = response;
     for (const auto& run : runs) d.loads.insert(d.loads.end(), run.begin(), run.end());
-    if (d.loads.empty()) throw InputError(fmt::format("\"{}\" has no values in any run", response));
+    if (d.loads.empty())
+      throw InputError(fmt::format("{}{}\"{}\" has no values in any run", place,
+                                   place.empty() ? "" : ": ", response));
     std::ranges::sort(d.loads);
     d.particles = static_cast<int>(d.loads.size());
     d.largest = d.loads.back();

@@ -37,9 +37,8 @@ void require_unit(const std::string& response, const RunGroup& base, const Measu
   for (const JobResult* r : base.finished())
     if (const std::string unit = unit_of(o, r->responses); !unit.empty() && unit != m.unit)
       throw InputError(
-          fmt::format("{}: unit: \"{}\" is measured in \"{}\"; expected \"{}\", the "
-                      "unit of the response",
-                      m.file, response, m.unit, unit));
+          fmt::format("{}: \"{}\" is measured in \"{}\"; expected \"{}\", the unit of the response",
+                      m.value_place.empty() ? m.file : m.value_place, response, m.unit, unit));
 }
 
 std::string describe_setting(const RunGroup& group) {
@@ -191,8 +190,10 @@ void compare_replicates(const SuiteComparison& what, const ComparisonRuns& e, Co
       break;
     case ComparisonKind::stiffness_scaling:
       c.verdict = ValidationVerdict::not_judged;
-      for (const std::string& response : what.responses)
-        c.stiffness_scaling.push_back(fit_stiffness_scaling(response, e, what.real_modulus));
+      for (std::size_t i = 0; i < what.responses.size(); ++i)
+        c.stiffness_scaling.push_back(with_place(what.response_place(i), [&] {
+          return fit_stiffness_scaling(what.responses[i], e, what.real_modulus);
+        }));
       c.headline = stiffness_scaling_headline(c.stiffness_scaling, what.real_modulus);
       break;
   }

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "experiments/system/value_place.h"
 #include "validation/comparison/comparison.h"
 
 namespace firn::comparison {

@@ -22,10 +22,10 @@ std::vector<SampledCurve> curves_of(const RunGroup& base, const MeasuredData& da
     const auto find = [&](const char* end, const std::string& unit) {
       const std::string name = data.response + end;
       if (const auto values = response_values(*run, name, unit)) return *values;
-      throw InputError(fmt::format(
-          "{}: response: \"{}\" in \"{}\" is none of the case's; expected the name of a "
-          "[[measure]] of the kind \"curve\", in units of the same kind",
-          data.file, name, unit));
+      throw InputError(
+          fmt::format("{}: \"{}\" in \"{}\" is none of the case's; expected the name of a "
+                      "[[measure]] of the kind \"curve\", in units of the same kind",
+                      data.response_place.empty() ? data.file : data.response_place, name, unit));
     };
     curves.push_back({find("_curve_x", data.x_unit), find("_curve_y", data.unit)});
   }

@@ -49,9 +49,12 @@ std::string headline(const std::vector<VariantEffect>& all) {
 
 void compare_variants(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c) {
   c.verdict = ValidationVerdict::not_judged;
-  for (const std::string& response : what.responses)
+  for (std::size_t i = 0; i < what.responses.size(); ++i) {
+    const std::string& response = what.responses[i];
     for (const NumericalVariant& variant : variants_of(e)) {
-      const Change change = change_between(*e.numerics_base, *variant.runs, response);
+      const Change change = with_place(what.response_place(i), [&] {
+        return change_between(*e.numerics_base, *variant.runs, response);
+      });
       if (change.seeds == 0) {
         c.caveats.push_back(fmt::format("{}: no run finished", variant.name));
         continue;
@@ -62,6 +65,7 @@ void compare_variants(const SuiteComparison& what, const ComparisonRuns& e, Comp
       c.variants.push_back(
           {response, unit, variant.name, change.seeds, change.before, change.after, change.error});
     }
+  }
   c.headline = headline(c.variants);
 }
 

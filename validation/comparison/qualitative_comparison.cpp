@@ -74,8 +74,10 @@ CriterionResult evaluate_criterion(const Criterion& criterion, const RunGroup& b
   for (const JobResult& run : base.results) {
     std::optional<bool> holds;
     if (run.status == JobStatus::finished) {
-      r.lhs.push_back(evaluate(lhs, run.responses));
-      r.rhs.push_back(evaluate(rhs, run.responses));
+      r.lhs.push_back(
+          with_place(criterion.lhs_place, [&] { return evaluate(lhs, run.responses); }));
+      r.rhs.push_back(
+          with_place(criterion.rhs_place, [&] { return evaluate(rhs, run.responses); }));
       r.unit = unit_of(lhs, run.responses);
       if (!std::isnan(r.lhs.back()) && !std::isnan(r.rhs.back()))
         holds = r.lhs.back() > criterion.factor * r.rhs.back();
@@ -98,8 +100,8 @@ const Response& response_of(const JobResult& run, const MeasuredData& data,
   const auto found = std::ranges::find(run.responses, data.response, &Response::name);
   if (found == run.responses.end() || found->unit != unit)
     throw InputError(fmt::format(
-        "{}: response: \"{}\" in \"{}\" is none of the case's; expected one, in its unit",
-        data.file, data.response, unit));
+        "{}: \"{}\" in \"{}\" is none of the case's; expected one, in its unit",
+        data.response_place.empty() ? data.file : data.response_place, data.response, unit));
   if (data.present && data.kind == MeasuredData::Kind::classes &&
       found->value.size() != data.counts.size())
     throw InputError(fmt::format("{}: has {} classes; expected {}, as the response \"{}\" has",

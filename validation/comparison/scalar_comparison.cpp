@@ -192,7 +192,8 @@ void compare_value(const SuiteComparison& what, const ComparisonRuns& e, Compari
   require_unit(response, *e.base, m);
   ValueComparison v;
   v.unit = m.unit;
-  const std::vector<double> all = e.base->values(response);
+  const std::vector<double> all =
+      with_place(what.response_place(0), [&] { return e.base->values(response); });
   v.samples = defined(all);
   if (const std::size_t missing = all.size() - v.samples.size(); missing > 0)
     c.caveats.push_back(fmt::format(
@@ -236,7 +237,8 @@ void compare_value(const SuiteComparison& what, const ComparisonRuns& e, Compari
   v.measured_expanded = expanded_uncertainty(experiment);
   v.expanded = expanded_uncertainty(both);
   v.p_value = exceedance(both, std::abs(v.difference));
-  if (const auto band = distribution_of(m)) v.area = area_metric(v.samples, *band);
+  if (const auto band = with_place(m.value_place, [&] { return distribution_of(m); }))
+    v.area = area_metric(v.samples, *band);
   c.value = v;
   judge_value(what, c);
 }

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "experiments/system/value_place.h"
 #include "firn/math.h"
 
 namespace firn {
@@ -83,8 +84,8 @@ double log_likelihood(const Measurement& m, double shape, double scale) {
 void require_strength(const Measurement& m) {
   const bool has_range = m.scatter == ScatterKind::values || m.scatter == ScatterKind::range;
   if (has_range && m.minimum > 0) return;
-  throw InputError(m.file +
-                   ": scatter: has no range of breaking forces above zero; expected values, or "
+  throw InputError((m.value_place.empty() ? m.file : m.value_place) +
+                   ": has no range of breaking forces above zero; expected values, or a scatter of "
                    "the kind \"range\"");
 }
 
@@ -93,7 +94,8 @@ void require_strength(const Measurement& m) {
 BreakageProbability breakage_distribution_free(const std::vector<std::vector<double>>& runs,
                                                const Measurement& m) {
   require_strength(m);
-  const DistributionBand band = distribution_of(m).value();
+  const DistributionBand band =
+      with_place(m.value_place, [&] { return distribution_of(m).value(); });
   const double width = distribution_band_width(m.repeats);
   const Breakage least =
       breakage(runs, [&](double load) { return std::max(0.0, band.at(load).low - width); });

@@ -28,8 +28,21 @@ std::string relative_to(const Suite& suite, const std::string& file) {
   return (fs::path(suite.source).parent_path() / file).lexically_normal().string();
 }
 
+// Throws for a file that is not there. `wanted`: "a case file".
+void require_file(const TomlTable& t, std::string_view key, const std::string& file,
+                  const char* wanted) {
+  std::error_code unreadable;  // as a name that is too long
+  const char* fault = !fs::exists(file, unreadable)        ? "does not exist"
+                      : fs::is_directory(file, unreadable) ? "is a folder"
+                                                           : nullptr;
+  if (fault != nullptr)
+    t.fail(key, fmt::format("{} {}; expected {}, relative to the suite", file, fault, wanted));
+}
+
 Measurement measurement_of_case(const TomlTable& t, const Suite& suite) {
-  Measurement m = read_measurement(relative_to(suite, t.string("measurement")));
+  const std::string file = relative_to(suite, t.string("measurement"));
+  require_file(t, "measurement", file, "a measurement file");
+  Measurement m = read_measurement(file);
   use_current_responses(m);
   return m;
 }
@@ -40,8 +53,10 @@ ParameterSet read_parameter_set(const TomlTable& t, const Suite& suite) {
   p.name = unique_table_name(t, suite.parameter_sets);
   p.note = t.string("note", "");
   p.material = t.string("material", "");
+  p.material_place = t.place("material");
   p.set = read_case_overrides(t, &p.set_places);
   p.samples = t.integer("samples", 0, 0);
+  p.samples_place = t.place("samples");
   if (p.samples > 0 && p.material.empty())
     t.fail("samples",
            "without a material has no posterior ensemble to draw from; expected a material");
@@ -76,13 +91,17 @@ std::vector<double> read_factors(const TomlTable& t) {
     if (factors.empty()) t.fail(key, "is empty; expected factors, such as [0.5, 0.25]");
   }
   double before = 1;
-  for (const double f : factors) {
+  for (std::size_t i = 0; i < factors.size(); ++i) {
+    const double f = factors[i];
     if (!(f > 0 && f < before))
-      t.fail(key, fmt::format("has the factor {} after {}; expected factors between 0 and 1, each "
-                              "smaller than the one before, such as 0.5",
-                              f, before));
+      t.fail_element(
+          key, i,
+          fmt::format("has the factor {} after {}; expected factors between 0 and 1, each "
+                      "smaller than the one before, such as 0.5",
+                      f, before));
     if (std::abs(f / before - factors[0]) > even)
-      t.fail(key, fmt::format("has steps of different ratios; expected powers of {}", factors[0]));
+      t.fail_element(
+          key, i, fmt::format("has steps of different ratios; expected powers of {}", factors[0]));
     before = f;
   }
   return factors;
@@ -97,6 +116,7 @@ Refinement read_refinement(const TomlTable& t, const Seeds& seeds) {
     r.stiffness = t.quantities("stiffness", dimension::pressure);
     r.stiffness_places = t.element_places("stiffness");
     r.material = t.string("material");
+    r.material_place = t.place("material");
   }
   for (std::size_t i = 0; i < r.stiffness.size(); ++i)
     if (!(r.stiffness[i] > 0))
@@ -130,21 +150,21 @@ SuiteExperiment read_experiment(const TomlTable& t, const Suite& suite, const Se
   SuiteExperiment e;
   e.name = unique_table_name(t, suite.experiments);
   e.case_file = relative_to(suite, t.string("case"));
-  std::error_code unreadable;  // as a name that is too long
-  if (!fs::exists(e.case_file, unreadable))
-    t.fail("case", fmt::format("{} does not exist; expected a case file, relative to the suite",
-                               e.case_file));
+  require_file(t, "case", e.case_file, "a case file");
   e.set = read_case_overrides(t, &e.set_places);
   Seeds seeds = of_suite;
   seeds.count = read_seeds(t, of_suite.count);
   e.seeds = seed_list(seeds.first, seeds.count);
-  if (t.has("samples")) e.samples = t.integer("samples", 0);
+  if (t.has("samples")) {
+    e.samples = t.integer("samples", 0);
+    e.samples_place = t.place("samples");
+  }
   e.assumes = t.strings("assumes");
   for (const std::string& name : t.strings("parameter_sets")) {
     if (std::ranges::find(suite.parameter_sets, name, &ParameterSet::name) ==
         suite.parameter_sets.end())
-      t.fail(
-          "parameter_sets",
+      t.fail_element(
+          "parameter_sets", e.parameter_sets.size(),
           fmt::format("\"{}\" is none of the suite's; expected names of [[parameter_sets]]", name));
     e.parameter_sets.push_back(name);
   }
@@ -176,13 +196,14 @@ Chosen read_chosen(const TomlTable& t, const Suite& suite) {
   if (c.what.empty()) t.fail("what", "is empty; expected what was chosen, in words");
   c.with = measurement_of_case(t, suite);
   c.experiments = t.strings("experiments");
-  for (const std::string& name : c.experiments)
-    if (std::ranges::find(suite.experiments, name, &SuiteExperiment::name) ==
+  for (std::size_t i = 0; i < c.experiments.size(); ++i)
+    if (std::ranges::find(suite.experiments, c.experiments[i], &SuiteExperiment::name) ==
         suite.experiments.end())
-      t.fail("experiments",
-             fmt::format(
-                 "\"{}\" is not an experiment of this suite; expected names of [[experiments]]",
-                 name));
+      t.fail_element(
+          "experiments", i,
+          fmt::format(
+              "\"{}\" is not an experiment of this suite; expected names of [[experiments]]",
+              c.experiments[i]));
   return c;
 }
 
@@ -198,6 +219,7 @@ ComparisonKind read_kind(const TomlTable& t) {
 void read_value(const TomlTable& t, SuiteComparison& c) {
   if (c.measurement.status == MeasurementStatus::qualitative)
     t.fail("measurement", "is qualitative; expected one with a value, or the kind \"criteria\"");
+  c.response_places = {t.has("response") ? t.place("response") : c.measurement.response_place};
   c.responses = {current_response(t, "response", t.string("response", c.measurement.response))};
   c.calibrated_by_design = t.string("calibrated_by_design", "");
   if (!t.has("tolerance")) return;
@@ -216,6 +238,8 @@ void read_operands(const TomlTable& t, SuiteComparison& c) {
     t.fail("responses", "is missing; expected names of responses, such as [\"compressive_loads\"]");
   for (std::size_t i = 0; i < c.responses.size(); ++i)
     t.at_element("responses", i, [&] { parse_response_expression(c.responses[i]); });
+  for (const ValuePlace& place : t.element_places("responses"))
+    c.response_places.push_back(place.whole);
 }
 
 // A share of the measured range.
@@ -230,10 +254,10 @@ void read_curve(const TomlTable& t, SuiteComparison& c) {
 void check_criteria(const TomlTable& t, const SuiteComparison& c) {
   if (c.measurement.criteria.empty())
     t.fail("measurement", "has no [[criteria]]; expected a qualitative measurement with criteria");
-  for (const Criterion& criterion : c.measurement.criteria)
-    t.at("measurement", [&] {
-      return parse_response_expression(criterion.lhs), parse_response_expression(criterion.rhs);
-    });
+  for (const Criterion& criterion : c.measurement.criteria) {
+    with_place(criterion.lhs_place, [&] { parse_response_expression(criterion.lhs); });
+    with_place(criterion.rhs_place, [&] { parse_response_expression(criterion.rhs); });
+  }
 }
 
 void read_stiffness_scaling(const TomlTable& t, const SuiteExperiment& experiment,

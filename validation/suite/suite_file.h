@@ -20,7 +20,8 @@ struct ParameterSet {
   std::string material;       // record, "NAME[@VERSION]"; empty: none
   std::vector<Override> set;  // case keys
   int samples = 0;            // draws from the record's ensemble, for the uncertainty of the input
-  std::vector<ValuePlace> set_places = {};  // [set] for messages
+  std::vector<ValuePlace> set_places = {};              // [set] for messages
+  std::string material_place = {}, samples_place = {};  // "FILE:LINE: KEY"
 };
 
 // Runs of the first parameter set with finer numerics, to estimate their effect on the results.
@@ -31,6 +32,7 @@ struct Refinement {
   std::string material;           // of the particles
   std::vector<std::uint64_t> seeds;
   std::vector<ValuePlace> timestep_places = {}, stiffness_places = {};  // [timesteps], [stiffness]
+  std::string material_place = {};                                      // "FILE:LINE: KEY"
 };
 
 // Runs of the first parameter set with other keys: a coarser mesh, another sampling rate.
@@ -56,6 +58,7 @@ struct SuiteExperiment {
   std::optional<int> samples = {};               // draws in place of those of the parameter sets
   std::vector<std::string> assumes = {};         // what is assumed without a range, in words
   std::vector<ValuePlace> set_places = {};       // [set] for messages
+  std::string samples_place = {};                // "FILE:LINE: KEY"
   bool runs_with(const ParameterSet& set) const;
 };
 
@@ -93,6 +96,11 @@ struct SuiteComparison {
   std::string calibrated_by_design =
       {};  // why the case reproduces the measured value by construction; empty: it does not
   std::string not_comparable = {};  // why nothing can be concluded; empty: something can
+  std::vector<std::string> response_places = {};  // [responses] "FILE:LINE: KEY" for messages
+  // That of a response; empty: none is known.
+  std::string response_place(std::size_t response) const {
+    return response < response_places.size() ? response_places[response] : std::string();
+  }
 };
 
 struct Suite {

@@ -48,6 +48,20 @@ OverridePlace place_of(const Sweep& sweep, const Override& o) {
   return place_among(sweep.set, sweep.set_places, o);
 }
 
+// Where the sweep states a material record; empty: nowhere.
+std::string place_of_material(const Sweep& sweep, const std::string& record) {
+  const auto among = [&](const std::vector<std::string>& records,
+                         const std::vector<ValuePlace>& places) -> std::string {
+    const auto found = std::ranges::find(records, record);
+    if (found == records.end()) return {};
+    return places.at(static_cast<std::size_t>(found - records.begin())).whole;
+  };
+  for (const SweptKey& k : sweep.vary)
+    if (k.is_material())
+      if (std::string place = among(k.values, k.value_places); !place.empty()) return place;
+  return among(sweep.materials, sweep.material_places);
+}
+
 BatchRun planned_run(const Sweep& sweep, std::size_t combination, std::uint64_t seed,
                      const Batch& batch, const std::string& folder) {
   const std::vector<Override> values = overrides(sweep, combination, seed);
@@ -55,8 +69,12 @@ BatchRun planned_run(const Sweep& sweep, std::size_t combination, std::uint64_t 
   BatchRun run = with_override_places(
       sweep.case_file, values, [&](const Override& o) { return place_of(sweep, o); },
       [&] {
-        return batch.make(sweep.case_file, values, folder, label,
-                          {materials(sweep, combination), ""});
+        return with_material_places(
+            [&](const std::string& record) { return place_of_material(sweep, record); },
+            [&] {
+              return batch.make(sweep.case_file, values, folder, label,
+                                {materials(sweep, combination), ""});
+            });
       });
   run.job.threads = sweep.threads;
   run.job.limits = sweep.execution.limits;
@@ -78,14 +96,15 @@ void choose_responses(SweepResult& r) {
 
 void read_values(SweepResult& r) {
   for (SweepRun& run : r.runs)
-    for (const std::string& name : r.responses) try {
-        run.values.push_back(run.result.status == JobStatus::finished
-                                 ? evaluate(parse_response_expression(name), run.result.responses)
-                                 : kUndefined);
+    for (std::size_t i = 0; i < r.responses.size(); ++i) try {
+        run.values.push_back(
+            run.result.status == JobStatus::finished
+                ? evaluate(parse_response_expression(r.responses[i]), run.result.responses)
+                : kUndefined);
       } catch (const InputError& e) {
         // One that a run has only when something came to pass is undefined where it did not.
         if (!r.sweep.responses.empty())
-          throw InputError(r.sweep.source + ": responses: " + e.what());
+          throw InputError(r.sweep.response_places.at(i).whole + ": " + e.what());
         run.values.push_back(kUndefined);
       }
 }

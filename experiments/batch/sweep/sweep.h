@@ -37,6 +37,7 @@ struct Sweep {
   std::vector<ValuePlace> set_places;  // [set] for messages
   std::vector<std::string> materials;  // records, for all runs
   std::vector<std::string> responses;  // expressions; empty: all responses of one value
+  std::vector<ValuePlace> material_places, response_places;  // [materials], [responses]
   std::vector<std::uint64_t> seeds;
   std::vector<SweptKey> vary;
   SweepDesign design = SweepDesign::grid;

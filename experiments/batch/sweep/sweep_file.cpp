@@ -120,7 +120,9 @@ Sweep read_sweep(const std::string& file) {
   s.case_file = case_path(head, file, "sweep");
   s.set = read_case_overrides(head, &s.set_places);
   s.materials = head.strings("materials");
+  s.material_places = head.element_places("materials");
   s.responses = current_responses(head, "responses");
+  s.response_places = head.element_places("responses");
   for (std::size_t i = 0; i < s.responses.size(); ++i)
     head.at_element("responses", i, [&] { parse_response_expression(s.responses[i]); });
   const int seeds = head.integer("seeds", 1, 1), first = head.integer("first_seed", 1, 1);

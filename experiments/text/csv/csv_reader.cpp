@@ -104,8 +104,11 @@ class RowReader {
                                    line_, input_limits::csv_rows));
   }
   [[noreturn]] void fail() {
-    throw InputError(fmt::format("{}:{}: CSV: {}; expected fields between commas, quotes in pairs",
-                                 file_, line_, csv_strerror(csv_error(&parser_))));
+    const int error = csv_error(&parser_);
+    throw InputError(
+        fmt::format("{}:{}: CSV: {}; expected fields between commas, quotes in pairs", file_, line_,
+                    error == CSV_EPARSE ? "a quote does not close, or is inside a field"
+                                        : csv_strerror(error)));
   }
 
   std::string file_;

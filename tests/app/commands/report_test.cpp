@@ -98,7 +98,8 @@ TEST(ReportCommand, PlotsAreFilesOfTheirOwn) {
 TEST(ReportCommand, WhatIsNoResultsFileIsOneLineOfAnError) {
   const Folder folder;
   folder.write("text.h5", "no results\n");
-  for (const char* name : {"text.h5", "missing.h5", "missing"}) {
+  folder.write("case.toml", two_boxes);
+  for (const char* name : {"text.h5", "missing.h5", "missing", "case.toml"}) {
     const Outcome o = folder.firn({"report", name});
     EXPECT_EQ(o.status, 2) << name;
     EXPECT_EQ(lines(o.err), 1U) << o.err;

@@ -223,6 +223,34 @@ TEST(SweepCommand, SetsKeysInEveryFormOfTheTable) {
   EXPECT_THAT(keys, testing::Each(keys.front()));
 }
 
+TEST(SweepCommand, WarnsOfAnOldNameAtItsLine) {
+  const Sweep folder;
+  folder.write("old.toml", R"([sweep]
+name = "old"
+case = "case.toml"
+responses = [
+  "present_mass",
+  "covered_fraction_left",
+]
+[sweep.set]
+"case.duration" = "20 ms"
+"numerics.contact_shell" = 0.07
+[[vary]]
+name = "a"
+keys = [
+  "interactions.ice-ice.restitution",
+  "case.steps_per_quarter_period",
+]
+values = []
+)");
+  const Outcome o = folder.firn({"sweep", "old.toml"});
+  EXPECT_EQ(o.status, 2);
+  EXPECT_THAT(o.err, HasSubstr("old.toml:6: sweep.responses: \"covered_fraction_left\" is now "));
+  EXPECT_THAT(o.err, HasSubstr("old.toml:10: sweep.set: \"numerics.contact_shell\" is now "));
+  EXPECT_THAT(o.err, HasSubstr("old.toml:15: vary.a.keys: \"case.steps_per_quarter_period\" is "));
+  EXPECT_THAT(o.err, HasSubstr("old.toml:17: vary.a.values: is missing"));
+}
+
 TEST(SweepCommand, RefusesInOneLine) {
   const Sweep folder;
   const auto refused = [&](const char* part, const char* other, const char* says) {
@@ -238,7 +266,15 @@ TEST(SweepCommand, RefusesInOneLine) {
   refused("values = [0.1, 0.2, 0.3]", "values = []", "is missing");
   refused("values = [0.1, 0.2, 0.3]", "values = 0.1", "expected a list");
   refused("\"present_mass\"", "\"present mass\"", "is not an operand");
-  refused("\"present_mass\"", "\"absent_mass\"", "is not a response");
+  refused("case.toml", ".", "is a folder; expected a case file, relative to the sweep");
+  refused("seeds = 2", "seeds = 2\nmaterials = [\n\"absent\"]",
+          "changed.toml:6: sweep.materials: material absent: unknown");
+  refused("seeds = 2", "seeds = 2\nmaterials = [\"paper-text\",\n\"paper-table-1\"]",
+          "changed.toml:6: sweep.materials: material paper-table-1@1: sets ");
+  refused("[[vary]]", "[[vary]]\nname = \"m\"\nmaterials = [\"paper-text\",\n\"absent\"]\n[[vary]]",
+          "changed.toml:9: vary.m.materials: material absent: unknown");
+  refused("\"present_mass\", ", "\"present_mass\",\n\"absent_mass\", ",
+          "changed.toml:6: sweep.responses: \"absent_mass\" is not a response");
   refused("name = \"friction\"", "name = \"density\"", "is taken already");
   refused("seeds = 2", "seeds = 2\ndesign = \"morris\"", "expected an even number of levels");
   refused("seeds = 2", "seeds = 2\ntrajectories = 5", "needs `design = \"morris\"`");

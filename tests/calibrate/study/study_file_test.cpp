@@ -62,7 +62,7 @@ TEST(StudyFile, TakesEarlierNamesOfResponsesOfCases) {
   EXPECT_EQ(s.targets.at(1).response.name, "low_order_index");
   EXPECT_EQ(s.observed.at(0).response.name, "compressive_load_median");
   EXPECT_THAT(warnings, HasSubstr("\"wall_rise\" is now \"wall_height_excess\""));
-  EXPECT_THAT(warnings, HasSubstr("index.toml: response: \"low_fifo_index\" is now"));
+  EXPECT_THAT(warnings, HasSubstr("index.toml:2: response: \"low_fifo_index\" is now"));
 
   // A function or program of the user has the user's names.
   const std::string function =

@@ -13,6 +13,7 @@
 #include <random>
 #include <regex>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -164,6 +165,28 @@ TEST(MaterialJson, MistakesAreReportedWithTheirPlace) {
               HasSubstr("records.0.provenance.seeds.0: is -1"));
   EXPECT_THAT(reading_with("/records/0/provenance", Json()),
               HasSubstr("records.0.provenance: is null; expected an object"));
+}
+
+// A record whose values contradict each other.
+TEST(MaterialJson, AWrongFieldIsReportedAtItsLine) {
+  const std::string text = export_text({calibrated_record()});
+  const auto expect = [&](const std::string& pointer, const Json& value, const std::string& says) {
+    Json document = Json::parse(text);
+    document[Json::json_pointer("/records/0" + pointer)] = value;
+    const std::string wrong = pretty_json(document);
+    const std::string error = reading(wrong);
+    EXPECT_THAT(error, HasSubstr(says));
+    std::istringstream in(wrong);
+    std::string line;
+    for (long n = std::strtol(error.c_str() + std::strlen("r.json:"), nullptr, 10); n > 0; --n)
+      std::getline(in, line);
+    EXPECT_THAT(line, HasSubstr(value.dump())) << error;
+  };
+  expect("/parameters/0/unit", "kgg", "records.0.parameters.0.unit: unknown unit \"kgg\"");
+  expect("/parameters/1/uncertainty", -0.25, "records.0.parameters.1.uncertainty: is -0.25");
+  expect("/parameters/0/keys/0", "materials.ice.densty", "records.0.parameters.0.keys.0: ");
+  expect("/name", "a b", "records.0.name: is \"a b\"");
+  expect("/provenance/date", "today", "records.0.provenance.date: ");
 }
 
 // ---- The schema that ships ----

@@ -154,6 +154,13 @@ TEST(Measurement, OtherValuesThanQuantitiesAreNamed) {
   }
 }
 
+TEST(Measurement, AnEntryOfAListIsReportedAtItsLine) {
+  EXPECT_THAT(complaint(kHead + "values = [\n\"9 deg\",\n\"10 dge\",\n]\n"),
+              HasSubstr("m.toml:7: values: unknown unit \"dge\""));
+  EXPECT_THAT(complaint(kHead + "values = [\n\"9 deg\",\n\"10 deg\",\n\"1 rad\",\n]\n"),
+              HasSubstr("m.toml:8: values: has the units \"deg\" and \"rad\""));
+}
+
 // A superscript is the same unit.
 TEST(Measurement, UnitsHaveOneSpelling) {
   const Measurement m = read_measurement_text(

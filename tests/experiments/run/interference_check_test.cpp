@@ -144,7 +144,7 @@ TEST_F(MachineCheckRun, RefusesASourceInAWallHoweverSharpItsShapes) {
       box("floor", "100 100 20", "0 0 -10");
   EXPECT_THAT(
       test::error_of([&] { run(read_case_text(kHead + scene, "c.toml", "."), options("run.h5")); }),
-      HasSubstr("body 1 of \"s\" at t = 0 s overlaps boundary \"floor\""));
+      HasSubstr("c.toml:14: inlets.s: body 1 of \"s\" at t = 0 s overlaps boundary \"floor\""));
 }
 
 TEST(SceneNames, AreUniqueAndNoPaths) {

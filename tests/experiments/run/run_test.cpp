@@ -345,7 +345,8 @@ TEST_F(RunTest, FailedRunSaysSoInItsFile) {
 TEST_F(RunTest, ImpossibleFillIsTheUsersMistake) {
   Case c = tray();
   c.fills[0].region_max = c.fills[0].region_min + Vec3(0.03, 0.03, 0.03);
-  EXPECT_THAT(test::error_of([&] { run(c, options("run.h5")); }), HasSubstr("impossible fill"));
+  EXPECT_THAT(test::error_of([&] { run(c, options("run.h5")); }),
+              testing::ContainsRegex(":[0-9]+: fills.0: impossible fill"));
   EXPECT_THAT(Recording(options("run.h5").results_file).status(), HasSubstr("impossible fill"));
 }
 

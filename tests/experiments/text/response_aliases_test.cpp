@@ -73,9 +73,9 @@ TEST(ResponseAliases, MeasurementsOfCasesTakeCurrentNames) {
   testing::internal::CaptureStderr();
   use_current_responses(m);
   EXPECT_EQ(testing::internal::GetCapturedStderr(),
-            "firn: warning: old_responses.toml: response: \"wall_rise\" is now "
+            "firn: warning: old_responses.toml:2: response: \"wall_rise\" is now "
             "\"wall_height_excess\"; the old name is read by this version only\n"
-            "firn: warning: old_responses.toml: criteria.0.lhs: \"max low_waiting_times\" is now "
+            "firn: warning: old_responses.toml:8: criteria.0.lhs: \"max low_waiting_times\" is now "
             "\"max low_censored_times\"; the old name is read by this version only\n");
   EXPECT_EQ(m.response, "wall_height_excess");
   EXPECT_EQ(m.criteria.at(0).lhs, "max low_censored_times");

@@ -71,6 +71,14 @@ TEST(TomlAliases, EveryOldKeyAndWordIsReadAndReported) {
   }
 }
 
+TEST(TomlAliases, AWordOfAListIsReportedAtItsLine) {
+  toml::table root = toml::parse("[[stages]]\nend_when = [\n\"passed\",\n\"at_rest\",\n]\n");
+  const std::vector<OldNameUse> uses = current_names(TomlFormat::case_file, root);
+  ASSERT_EQ(uses.size(), 1u);
+  EXPECT_EQ(uses[0].path, "stages.0.end_when");
+  EXPECT_EQ(uses[0].line, 4u);
+}
+
 // No old name is a current name of the same table: a reader could not decide which one is meant.
 TEST(TomlAliases, OldNamesAreNoCurrentNames) {
   std::set<std::string> current, first;
