@@ -242,6 +242,7 @@ page::Page run_page(const std::string& results_file, const ReplayViewOptions& op
   figures_section("Passages", passage_figures(recording, c), page);
   figures_section("Loads on boundaries", load_figures(recording, c), page);
   figures_section("Moving parts", motion_figures(recording, c), page);
+  figures_section("Curves", measured_curve_figures(responses, c), page);
   figures_section("Energy", energy_figures(recording), page);
   bonds_section(recording, c, page);
   diagnostics_section(recording, c, page);

@@ -9,6 +9,7 @@
 #include <optional>
 #include <set>
 
+#include "experiments/text/units.h"
 #include "reports/plots/plots.h"
 
 namespace firn {
@@ -290,6 +291,45 @@ std::vector<page::Figure> passage_figures(const Recording& recording, const Case
     if (batches && times.size() > 4)
       figures.push_back(residence_by_batch(sensor, recording.sensor_time(sensor),
                                            recording.insert_time(), batch));
+  return figures;
+}
+
+std::vector<page::Figure> measured_curve_figures(const std::vector<Response>& responses,
+                                                 const Case& c) {
+  std::vector<page::Figure> figures;
+  for (const Measure& m : c.measures) {
+    if (m.kind != Measure::Kind::curve) continue;
+    const auto response = [&](const char* suffix) {
+      const auto found = std::ranges::find(responses, m.prefix() + suffix, &Response::name);
+      return found == responses.end() ? Response{} : *found;
+    };
+    Response x = response("curve_x");
+    const Response y = response("curve_y");
+    if (y.value.empty() || x.value.size() != y.value.size()) continue;
+    if (x.unit == "rad") {
+      x.unit = "deg";
+      for (double& v : x.value) v *= kRadToDeg;
+    }
+    plots::XyPlot plot;
+    plot.x = {page::words(m.x), unit_text(x.unit), false, {}, {}};
+    plot.y = {page::words(m.y), unit_text(y.unit), false, {}, {}};
+    plots::Series series;
+    series.x = x.value;
+    series.y = y.value;
+    if (m.x_period > 0) {
+      series.low = response("curve_y_min").value;
+      series.high = response("curve_y_max").value;
+    }
+    plot.series = {series};
+    figures.push_back(
+        {plots::draw(plot),
+         fmt::format("{}: {}.", page::words(m.name),
+                     m.x_period > 0
+                         ? "mean over all passes, and from the least to the largest value"
+                         : "as measured"),
+         fmt::format("{} against {}: at most {} {}", page::words(m.y), page::words(m.x),
+                     page::number_text(largest_magnitude(y.value), 3), unit_text(y.unit))});
+  }
   return figures;
 }
 

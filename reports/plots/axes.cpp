@@ -328,16 +328,19 @@ std::string legend_name(const std::string& name) {
   return shorten_text(name, kMost);
 }
 
-int legend_rows(const std::vector<std::string>& names) {
-  constexpr std::size_t kShort = 16;
+Legend legend_of(const std::vector<std::string>& names) {
+  constexpr std::size_t kShort = 12;  // characters of which two columns fit
   int named = 0;
   std::size_t longest = 0;
   for (const std::string& name : names) {
     named += name.empty() ? 0 : 1;
     longest = std::max(longest, text_length(name));
   }
-  return longest > kShort ? named : (named + 1) / 2;
+  const int columns = longest > kShort ? 1 : 2;
+  return {columns, (named + columns - 1) / columns};
 }
+
+std::string Legend::script() const { return fmt::format("set key maxcols {}\n", columns); }
 
 void require_consistent(bool good, const char* what) {
   if (!good) throw std::logic_error(std::string("plot: ") + what);

@@ -2,6 +2,7 @@
 // Commands for drawings as wide as XyPlot's and as high.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -52,15 +53,21 @@ class Extent {
 std::string rules_script(const std::vector<Rule>& vertical, const Extent& x,
                          const std::vector<Rule>& horizontal, const Extent& y);
 
-// A name as the legend has room for it, and the rows of a legend above the plot: short names stand
-// side by side.
+// A name as the legend has room for it.
 std::string legend_name(const std::string& name);
-int legend_rows(const std::vector<std::string>& names);
+// A legend above the plot. Short names are in two columns.
+struct Legend {
+  int columns = 1, rows = 0;
+  // pixels that it needs beyond its first row
+  int further_rows_height() const { return 20 * std::max(0, rows - 1); }
+  std::string script() const;
+};
+Legend legend_of(const std::vector<std::string>& names);
 template <class Named>
-int legend_rows_of(const std::vector<Named>& series) {
+Legend legend_of_series(const std::vector<Named>& series) {
   std::vector<std::string> names;
   for (const Named& s : series) names.push_back(s.name);
-  return legend_rows(names);
+  return legend_of(names);
 }
 
 // Throws std::logic_error unless `good`.

@@ -143,8 +143,8 @@ Extent bar_extent(const BarPlot& plot) {
 
 std::string draw(const BarPlot& plot) {
   const CategoryLabels labels = category_labels(plot);
-  Drawing drawing(plot.width,
-                  plot.height + labels.height + 20 * std::max(0, legend_rows_of(plot.series) - 1));
+  const Legend legend = legend_of_series(plot.series);
+  Drawing drawing(plot.width, plot.height + labels.height + legend.further_rows_height());
   const double width = 0.78 / static_cast<double>(std::max<std::size_t>(plot.series.size(), 1));
   std::vector<std::string> commands;
   for (std::size_t k = 0; k < plot.series.size(); ++k) {
@@ -154,8 +154,8 @@ std::string draw(const BarPlot& plot) {
   }
   if (commands.empty()) return drawing.empty_plot(plot.x_label, axis_title(plot.y));
   const Axis x = {plot.x_label, "", false, -0.6, static_cast<double>(plot.categories.size()) - 0.4};
-  return drawing.svg(axis_script('x', x) + bar_extent(plot).script('y') + labels.script +
-                     fmt::format("plot {}\n", fmt::join(commands, ", ")));
+  return drawing.svg(legend.script() + axis_script('x', x) + bar_extent(plot).script('y') +
+                     labels.script + fmt::format("plot {}\n", fmt::join(commands, ", ")));
 }
 
 }  // namespace firn::plots

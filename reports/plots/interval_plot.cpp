@@ -69,7 +69,8 @@ std::string draw(const IntervalPlot& plot) {
                                    encode::gnuplot(names.back())));
     r.text.clear();
   }
-  Drawing drawing(plot.width, 95 + 20 * legend_rows(names) + static_cast<int>(-22 * rows.bottom));
+  const Legend legend = legend_of(names);
+  Drawing drawing(plot.width, 95 + 20 * legend.rows + static_cast<int>(-22 * rows.bottom));
   const bool any = std::ranges::any_of(rows.data, [](const auto& one) { return !one.empty(); });
   if (!any) return drawing.empty_plot(axis_title(plot.x), "");
   for (std::size_t k = plot.names.size(); k-- > 0;) {
@@ -90,7 +91,7 @@ std::string draw(const IntervalPlot& plot) {
     commands.insert(commands.begin(), own.begin(), own.end());
   }
   return drawing.svg(
-      extent.script('x') + rules_script(lines, extent, {}, extent) + rows.labels +
+      legend.script() + extent.script('x') + rules_script(lines, extent, {}, extent) + rows.labels +
       fmt::format("unset ytics\nset border 1\nset lmargin 2\nset yrange [{}:0]\nplot {}\n",
                   rows.bottom + 0.3, fmt::join(commands, ", ")));
 }

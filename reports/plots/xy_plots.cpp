@@ -139,7 +139,8 @@ std::optional<Bins> bins_of(const HistogramPlot& plot) {
 }  // namespace
 
 std::string draw(const XyPlot& plot) {
-  Drawing drawing(plot.width, plot.height + 20 * std::max(0, legend_rows_of(plot.series) - 1));
+  const Legend legend = legend_of_series(plot.series);
+  Drawing drawing(plot.width, plot.height + legend.further_rows_height());
   std::vector<std::string> commands;
   bool any = false;
   Extent x(plot.x), y(plot.y);
@@ -154,7 +155,7 @@ std::string draw(const XyPlot& plot) {
   if (!any) return drawing.empty_plot(axis_title(plot.x), axis_title(plot.y));
   for (const Rule& r : plot.vertical) x.see(r.at);
   for (const Rule& r : plot.horizontal) y.see(r.at);
-  return drawing.svg(x.script('x') + y.script('y') +
+  return drawing.svg(legend.script() + x.script('x') + y.script('y') +
                      rules_script(plot.vertical, x, plot.horizontal, y) +
                      fmt::format("plot {}\n", fmt::join(commands, ", ")));
 }
@@ -186,7 +187,8 @@ std::string draw(const HistogramPlot& plot) {
   std::vector<std::string> names, commands;
   for (const Samples& samples : plot.samples)
     names.push_back(fmt::format("{} ({})", shorten_text(samples.name, 24), samples.values.size()));
-  Drawing drawing(520, 320 + 20 * std::max(0, legend_rows(names) - 1));
+  const Legend legend = legend_of(names);
+  Drawing drawing(520, 320 + legend.further_rows_height());
   const std::optional<Bins> bins = bins_of(plot);
   if (!bins) return drawing.empty_plot(axis_title(plot.x), plot.y_label);
   Extent x(plot.x), y({plot.y_label, "", false, 0, {}, true});
@@ -204,7 +206,8 @@ std::string draw(const HistogramPlot& plot) {
                                    series_color(series), dash(series), encode::gnuplot(names[k])));
   }
   for (const Rule& r : plot.vertical) x.see(r.at);
-  return drawing.svg(x.script('x') + y.script('y') + rules_script(plot.vertical, x, {}, y) +
+  return drawing.svg(legend.script() + x.script('x') + y.script('y') +
+                     rules_script(plot.vertical, x, {}, y) +
                      fmt::format("plot {}\n", fmt::join(commands, ", ")));
 }
 

@@ -229,6 +229,39 @@ TEST_F(RunPage, ShowsAllTermsOfTheBalanceOfFreeBodies) {
   EXPECT_EQ(html.find("energy balance of free bodies"), html.npos);  // no warning
 }
 
+TEST_F(RunPage, DrawsMeasuredCurves) {
+  RunOptions options;
+  options.results_file = folder_ / "curves.h5";
+  const std::string curves = R"(
+[[measure]]
+kind = "curve"
+name = "push"
+boundary = "floor"
+x = "time"
+y = "force"
+[[measure]]
+kind = "curve"
+name = "beat"
+boundary = "floor"
+x = "time"
+y = "force"
+x_period = "0.2 s"
+points = 10
+)";
+  const Case c = read_case_text(kFall + curves, "fall.toml", ".");
+  const RunSummary summary = run(c, options);
+  ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
+  const std::vector<page::Figure> figures = measured_curve_figures(summary.responses, c);
+  ASSERT_EQ(figures.size(), 2U);
+  expect_in(figures[0].alt, "force against time: at most ");
+  expect_in(figures[1].caption, "beat: mean over all passes, and from the least to the largest");
+  // A band, which the first one lacks.
+  EXPECT_EQ(figures[0].svg.find("fill-opacity"), std::string::npos);
+  expect_in(figures[1].svg, "fill-opacity");
+  const std::string html = run_page(options.results_file).html();
+  expect_in(html, ">Curves</h2>");
+}
+
 TEST(RunPlots, DrawingKeepsPeaks) {
   std::vector<double> x, y;
   for (int i = 0; i < 100'000; ++i) {

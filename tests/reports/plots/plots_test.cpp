@@ -133,6 +133,25 @@ TEST(PlotText, IsBrokenAtSpacesAndCutInTheMiddle) {
   }
 }
 
+// Of 2 to 6 names of any length.
+TEST(Plots, LegendsFit) {
+  std::mt19937_64 random(3);
+  for (int member = 0; member < 40; ++member) {
+    XyPlot plot;
+    plot.x = {"time", "s", false, {}, {}};
+    plot.y = {"force", "N", false, {}, {}};
+    const int count = 2 + member % 5;
+    std::string names;
+    for (int k = 0; k < count; ++k) {
+      const std::size_t length = std::uniform_int_distribution<std::size_t>(1, 20)(random);
+      plot.series.push_back({kLongName.substr(0, length), {0, 1}, {1, 20}});
+      names += plot.series.back().name + "|";
+    }
+    SCOPED_TRACE(names);
+    expect_readable(draw(plot), 520);
+  }
+}
+
 TEST(Plots, LongNamesAreCutAndDoNotOverlap) {
   XyPlot curves;
   curves.x = {kLongName, "s", false, {}, {}};

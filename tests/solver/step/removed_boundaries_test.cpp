@@ -147,7 +147,7 @@ TEST(RemovedBoundary, ThatMovesHasDoneItsWork) {
   EXPECT_NEAR(energy_imbalance(solver.energy()), start, 0.02 * lost);
 }
 
-// What is saved between the removal and the next step goes on with the same bits.
+// A state that is saved between the removal and the next step leads to the same bits.
 TEST(RemovedBoundary, IsKeptInAState) {
   const StrikingBody body = striking_bodies()[2];
   const Model model = struck_plane(body.shape);
