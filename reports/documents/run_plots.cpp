@@ -52,6 +52,13 @@ page::Figure over_time(const std::string& label, const std::string& unit,
           fmt::format("{} against time: {}", label, heights(series, unit))};
 }
 
+// A quantity of a measured curve, in the words of the other plots.
+std::string quantity_words(const std::string& quantity, const std::string& unit) {
+  if (quantity == "coordinate") return unit == "m" ? "displacement" : "angle";
+  if (quantity == "motor_load") return unit == "N" ? "drive force" : "drive torque";
+  return page::words(quantity);
+}
+
 // One column of a series [T, width].
 std::vector<double> column(const std::vector<double>& rows, std::size_t width, std::size_t k) {
   std::vector<double> values;
@@ -311,8 +318,8 @@ std::vector<page::Figure> measured_curve_figures(const std::vector<Response>& re
       for (double& v : x.value) v *= kRadToDeg;
     }
     plots::XyPlot plot;
-    plot.x = {page::words(m.x), unit_text(x.unit), false, {}, {}};
-    plot.y = {page::words(m.y), unit_text(y.unit), false, {}, {}};
+    plot.x = {quantity_words(m.x, x.unit), unit_text(x.unit), false, {}, {}};
+    plot.y = {quantity_words(m.y, y.unit), unit_text(y.unit), false, {}, {}};
     plots::Series series;
     series.x = x.value;
     series.y = y.value;
@@ -327,7 +334,7 @@ std::vector<page::Figure> measured_curve_figures(const std::vector<Response>& re
                      m.x_period > 0
                          ? "mean over all passes, and from the least to the largest value"
                          : "as measured"),
-         fmt::format("{} against {}: at most {} {}", page::words(m.y), page::words(m.x),
+         fmt::format("{} against {}: at most {} {}", plot.y.label, plot.x.label,
                      page::number_text(largest_magnitude(y.value), 3), unit_text(y.unit))});
   }
   return figures;
