@@ -41,18 +41,13 @@ page::Page report_page(const std::string& path, const ValidationPageOptions& opt
   if (!ended && fs::is_directory(path, unreadable)) {
     if (const auto state = read_batch_state(path)) return batch_page(*state, folder_name(path));
   }
+  constexpr const char* kExpected =
+      "RUN.h5, the folder of a study, validation, sweep or optimization, or its results.json";
   if (!ended)
-    throw InputError(
-        fmt::format("{}: does not exist; expected RUN.h5, the folder of a study, validation, sweep "
-                    "or optimization, "
-                    "or its results.json",
-                    source.string()));
+    throw InputError(fmt::format("{}: does not exist; expected {}", source.string(), kExpected));
   if (source.extension() == ".toml")
-    throw InputError(
-        fmt::format("{}: is an input; expected what was made of it: RUN.h5, the folder "
-                    "of a study, validation, sweep or optimization, or its "
-                    "results.json",
-                    source.string()));
+    throw InputError(fmt::format("{}: is an input; expected what was made of it: {}",
+                                 source.string(), kExpected));
   const ResultsJson results = read_results_json(source.string());
   const std::string kind = results.kind();
   if (kind == "sweep") return sweep_page(results);

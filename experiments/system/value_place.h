@@ -25,6 +25,11 @@ struct ValuePlace {
   }
 };
 
+// Where a fault is: `place`, or `file` if no place is known.
+inline const std::string& place_or_file(const std::string& place, const std::string& file) {
+  return place.empty() ? file : place;
+}
+
 // Returns make(). Puts `place` before the message of an InputError that it throws. Empty: no place
 // is known.
 template <class Make>

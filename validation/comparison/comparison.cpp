@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "experiments/responses/response_expression.h"
+#include "experiments/system/value_place.h"
 #include "experiments/text/number_text.h"
 #include "validation/comparison/comparison_kinds.h"
 #include "validation/comparison/data_provenance.h"
@@ -38,7 +39,7 @@ void require_unit(const std::string& response, const RunGroup& base, const Measu
     if (const std::string unit = unit_of(o, r->responses); !unit.empty() && unit != m.unit)
       throw InputError(
           fmt::format("{}: \"{}\" is measured in \"{}\"; expected \"{}\", the unit of the response",
-                      m.value_place.empty() ? m.file : m.value_place, response, m.unit, unit));
+                      place_or_file(m.value_place, m.file), response, m.unit, unit));
 }
 
 std::string describe_setting(const RunGroup& group) {

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "experiments/system/value_place.h"
 #include "experiments/text/number_text.h"
 #include "experiments/text/units.h"
 #include "validation/comparison/comparison_kinds.h"
@@ -25,7 +26,7 @@ std::vector<SampledCurve> curves_of(const RunGroup& base, const MeasuredData& da
       throw InputError(
           fmt::format("{}: \"{}\" in \"{}\" is none of the case's; expected the name of a "
                       "[[measure]] of the kind \"curve\", in units of the same kind",
-                      data.response_place.empty() ? data.file : data.response_place, name, unit));
+                      place_or_file(data.response_place, data.file), name, unit));
     };
     curves.push_back({find("_curve_x", data.x_unit), find("_curve_y", data.unit)});
   }

@@ -8,6 +8,7 @@
 
 #include "experiments/analysis/sample_statistics.h"
 #include "experiments/responses/response_expression.h"
+#include "experiments/system/value_place.h"
 #include "validation/comparison/comparison_kinds.h"
 #include "validation/statistics/outlier_test.h"
 #include "validation/statistics/two_sample_tests.h"
@@ -99,9 +100,9 @@ const Response& response_of(const JobResult& run, const MeasuredData& data,
                             const std::string& unit) {
   const auto found = std::ranges::find(run.responses, data.response, &Response::name);
   if (found == run.responses.end() || found->unit != unit)
-    throw InputError(fmt::format(
-        "{}: \"{}\" in \"{}\" is none of the case's; expected one, in its unit",
-        data.response_place.empty() ? data.file : data.response_place, data.response, unit));
+    throw InputError(
+        fmt::format("{}: \"{}\" in \"{}\" is none of the case's; expected one, in its unit",
+                    place_or_file(data.response_place, data.file), data.response, unit));
   if (data.present && data.kind == MeasuredData::Kind::classes &&
       found->value.size() != data.counts.size())
     throw InputError(fmt::format("{}: has {} classes; expected {}, as the response \"{}\" has",

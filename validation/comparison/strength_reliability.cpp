@@ -84,7 +84,7 @@ double log_likelihood(const Measurement& m, double shape, double scale) {
 void require_strength(const Measurement& m) {
   const bool has_range = m.scatter == ScatterKind::values || m.scatter == ScatterKind::range;
   if (has_range && m.minimum > 0) return;
-  throw InputError((m.value_place.empty() ? m.file : m.value_place) +
+  throw InputError(place_or_file(m.value_place, m.file) +
                    ": has no range of breaking forces above zero; expected values, or a scatter of "
                    "the kind \"range\"");
 }
