@@ -398,14 +398,18 @@ void check_boundaries(const Case& c) {
       drive_through(c, machine, static_cast<int>(f), pairs);
 }
 
-void check_particles(const Case& c) {
-  if (c.placed.empty()) return;
+double smallest_edge(const Case& c, int particle) {
+  const int shape = c.model.particles[index(particle)].shape;
+  return c.model.shapes[index(shape)].box.minCoeff();
+}
+
+void check_particles_in_boundaries(const Case& c) {
   Solver solver(std::make_shared<const Model>(without_particles(c)), 0);
   for (const FrameStart& start : c.frame_starts) solver.start_frame(start);
   for (std::size_t i = 0; i < c.placed.size(); ++i) {
     const Case::InitialParticle& p = c.placed[i];
     const int shape = c.model.particles[index(p.particle)].shape;
-    const double depth = kMaxInitialOverlap * c.model.shapes[index(shape)].box.minCoeff();
+    const double depth = kMaxInitialOverlap * smallest_edge(c, p.particle);
     const auto wall = solver.obstacle(shape, p.position, p.orientation, -depth);
     if (!wall) continue;
     throw InputError(fmt::format(
@@ -414,11 +418,56 @@ void check_particles(const Case& c) {
   }
 }
 
+bool overlap_deeper(const Shape& a, const Shape& b, const Pose& b_in_a, double depth) {
+  return std::ranges::any_of(a.parts, [&](const ConvexPart& mine) {
+    return std::ranges::any_of(b.parts, [&](const ConvexPart& other) {
+      return part_overlap(mine, other, b_in_a, depth).has_value();
+    });
+  });
+}
+
+void check_particles_in_particles(const Case& c) {
+  struct Body {
+    std::size_t entry;  // of Case::placed
+    const Shape* shape;
+    Mat3 rotation;  // part axes -> world
+    Vec3 position;
+    double start, end;  // along x, m
+  };
+  std::vector<Body> bodies;
+  for (std::size_t i = 0; i < c.placed.size(); ++i) {
+    const Case::InitialParticle& p = c.placed[i];
+    const Shape& shape = c.model.shapes[index(c.model.particles[index(p.particle)].shape)];
+    bodies.push_back({i, &shape, (p.orientation * shape.shape_from_body).toRotationMatrix(),
+                      p.position, p.position.x() - shape.bounding_radius,
+                      p.position.x() + shape.bounding_radius});
+  }
+  std::ranges::stable_sort(bodies, {}, &Body::start);
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    for (std::size_t j = i + 1; j < bodies.size() && bodies[j].start < bodies[i].end; ++j) {
+      const bool ordered = bodies[i].entry < bodies[j].entry;
+      const Body &a = bodies[ordered ? i : j], &b = bodies[ordered ? j : i];
+      const Vec3 offset = b.position - a.position;
+      if (offset.norm() > a.shape->bounding_radius + b.shape->bounding_radius) continue;
+      const int first = c.placed[a.entry].particle, second = c.placed[b.entry].particle;
+      const double depth =
+          kMaxInitialOverlap * std::min(smallest_edge(c, first), smallest_edge(c, second));
+      const Pose b_in_a{a.rotation.transpose() * b.rotation, a.rotation.transpose() * offset};
+      if (!overlap_deeper(*a.shape, *b.shape, b_in_a, depth)) continue;
+      throw InputError(fmt::format(
+          "{}: particle {} lies more than {:.3g} mm inside particle {}; expected a free place",
+          c.particle_places.at(b.entry), second, 1e3 * depth, first));
+    }
+  }
+}
+
 }  // namespace
 
 void check_machine(const Case& c) {
   check_boundaries(c);
-  check_particles(c);
+  if (c.placed.empty()) return;
+  check_particles_in_boundaries(c);
+  check_particles_in_particles(c);
 }
 
 struct InterferenceMonitor::Impl {

@@ -13,7 +13,8 @@ namespace firn {
 //   first period (not of motions that only an event ends); and along the motors of free frames, one
 //   frame at a time. Paths are sampled. Pairs in `allow_overlap_with` and boundaries that are fixed
 //   to each other are not tested. Pairs with a boundary contact are tested at the start only.
-// - a placed particle overlaps a boundary by more than a twentieth of its smallest edge.
+// - a placed particle overlaps a boundary, or another placed particle, by more than a twentieth of
+//   the smallest edge.
 void check_machine(const Case& c);
 
 // Checks the same pairs during a run, except those with a boundary contact. The result depends on
