@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 #include <string_view>
@@ -20,20 +21,32 @@ namespace {
 struct KnownKey {
   std::string_view table, key;
   Dimension dimension;
+  MaterialKey::Range range;
 };
+constexpr double infinity = std::numeric_limits<double>::infinity();
+// As the case reader has them (experiments/case_reader/model/materials.cpp).
+constexpr MaterialKey::Range positive{0, false, infinity, false, "a number above 0"};
+constexpr MaterialKey::Range not_negative{0, true, infinity, false, "a number of at least 0"};
+constexpr MaterialKey::Range below_one{0, true, 1, false, "a number from 0 to below 1"};
 constexpr KnownKey known_keys[] = {
-    {"materials", "density", dimension::density},
-    {"materials", "young_modulus", dimension::pressure},
-    {"materials", "poisson_ratio", dimension::none},
-    {"interactions", "static_friction", dimension::none},
-    {"interactions", "dynamic_friction", dimension::none},
-    {"interactions", "restitution", dimension::none},
-    {"interactions", "tangential_stiffness_ratio", dimension::none},
-    {"interactions", "minimum_unloading_ratio", dimension::none},
-    {"interactions", "rolling_resistance", dimension::none},
-    {"interactions", "restick_velocity", dimension::velocity},
-    {"interactions", "adhesion_force", dimension::force},
-    {"interactions", "adhesion_stiffness_fraction", dimension::none},
+    {"materials", "density", dimension::density, positive},
+    {"materials", "young_modulus", dimension::pressure, positive},
+    {"materials",
+     "poisson_ratio",
+     dimension::none,
+     {-1, false, 0.5, true, "a number above -1 and up to 0.5"}},
+    {"interactions", "static_friction", dimension::none, not_negative},
+    {"interactions", "dynamic_friction", dimension::none, not_negative},
+    {"interactions",
+     "restitution",
+     dimension::none,
+     {0, false, 1, true, "a number above 0 and up to 1"}},
+    {"interactions", "tangential_stiffness_ratio", dimension::none, positive},
+    {"interactions", "minimum_unloading_ratio", dimension::none, below_one},
+    {"interactions", "rolling_resistance", dimension::none, not_negative},
+    {"interactions", "restick_velocity", dimension::velocity, not_negative},
+    {"interactions", "adhesion_force", dimension::force, not_negative},
+    {"interactions", "adhesion_stiffness_fraction", dimension::none, below_one},
 };
 
 constexpr std::uint64_t largest_sample = 1'000'000'000'000;
@@ -136,6 +149,11 @@ std::size_t MaterialRecord::index(const std::string& parameter) const {
   return static_cast<std::size_t>(it - parameters.begin());
 }
 
+bool MaterialKey::Range::contains(double value) const {
+  return (value > low || (low_included && value == low)) &&
+         (value < high || (high_included && value == high));
+}
+
 MaterialKey parse_material_key(const std::string& text) {
   const std::string path = current_case_path(text);
   const std::size_t first = path.find('.'), last = path.rfind('.');
@@ -145,12 +163,13 @@ MaterialKey parse_material_key(const std::string& text) {
     for (const KnownKey& known : known_keys) {
       if (known.table != table || known.key != key) continue;
       if (table == "materials" && has_name_characters(who, "_"))
-        return {table, {who}, key, known.dimension};
+        return {table, {who}, key, known.dimension, known.range};
       const std::size_t dash = who.find('-');
       if (table == "interactions" && dash != who.npos &&
           has_name_characters(who.substr(0, dash), "_") &&
           has_name_characters(who.substr(dash + 1), "_"))
-        return {table, {who.substr(0, dash), who.substr(dash + 1)}, key, known.dimension};
+        return {
+            table, {who.substr(0, dash), who.substr(dash + 1)}, key, known.dimension, known.range};
     }
   }
   throw InputError(

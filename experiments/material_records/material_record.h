@@ -176,6 +176,15 @@ struct MaterialKey {
   std::vector<std::string> materials;  // one material, or two of a pair
   std::string key;
   Dimension dimension;
+  // Values that a case accepts for it, in any unit.
+  struct Range {
+    double low;
+    bool low_included;
+    double high;
+    bool high_included;
+    const char* expected;  // in words, for messages
+    bool contains(double value) const;
+  } range;
 };
 // Throws InputError for any other key.
 MaterialKey parse_material_key(const std::string& path);

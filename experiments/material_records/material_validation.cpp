@@ -44,6 +44,15 @@ Dimension require_unit(const std::string& field, const std::string& unit) {
   }
 }
 
+// That every case which the keys set accepts the value.
+void require_in_range(const std::string& field, const MaterialParameter& p, double value) {
+  for (const std::string& text : p.keys) {
+    const MaterialKey key = parse_material_key(text);
+    if (!key.range.contains(value))
+      refuse(field, fmt::format("is {}; expected {} for {}", value, key.range.expected, key.key));
+  }
+}
+
 void check_parameter(const std::string& field, const MaterialParameter& p,
                      const std::vector<std::string>& materials, std::set<std::string>& bound) {
   if (!has_name_characters(p.name, "_-"))
@@ -71,6 +80,7 @@ void check_parameter(const std::string& field, const MaterialParameter& p,
       refuse(place, fmt::format("\"{}\" is bound twice; expected one parameter a key", p.keys[i]));
   }
   require_finite(field + ".value", p.value);
+  require_in_range(field + ".value", p, p.value);
   if (p.uncertainty && !(*p.uncertainty >= 0 && std::isfinite(*p.uncertainty)))
     refuse(field + ".uncertainty", fmt::format("is {}; expected at least 0", *p.uncertainty));
   if (p.interval_95) require_interval(field + ".interval_95", *p.interval_95);
@@ -139,11 +149,13 @@ void check_ensemble(const MaterialRecord& r) {
   const auto check_values = [&](const std::string& field, const std::vector<double>& values) {
     if (values.size() != n)
       refuse(field, fmt::format("has {} numbers; expected {}", values.size(), n));
-    for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::string place = fmt::format("{}.{}", field, i);
       if (!(values[i] >= f.axes[i].bounds.low && values[i] <= f.axes[i].bounds.high))
-        refuse(fmt::format("{}.{}", field, i),
-               fmt::format("is {}; expected a value within the bounds {} to {}", values[i],
-                           f.axes[i].bounds.low, f.axes[i].bounds.high));
+        refuse(place, fmt::format("is {}; expected a value within the bounds {} to {}", values[i],
+                                  f.axes[i].bounds.low, f.axes[i].bounds.high));
+      require_in_range(place, r.parameters[r.index(f.axes[i].parameter)], values[i]);
+    }
   };
   check_covariance("posterior_ensemble.covariance", f.covariance, n);
   for (std::size_t i = 0; i < f.combinations.size(); ++i)

@@ -9,6 +9,7 @@
 #include <random>
 #include <set>
 
+#include "experiments/case_reader/read_case.h"
 #include "experiments/material_records/material_database.h"
 #include "experiments/material_records/material_json.h"
 #include "tests/support/error_of.h"
@@ -19,6 +20,7 @@ namespace {
 
 using test::calibrated_record;
 using test::published_record;
+using testing::AnyOf;
 using testing::HasSubstr;
 
 // Empty: the record is accepted.
@@ -78,6 +80,72 @@ TEST(MaterialRecord, ValuesThatNoCaseCouldTakeAreRefused) {
               HasSubstr("parameters.0.value"));
   EXPECT_THAT(refusal_of([](R& r) { r.properties[1].statement = ""; }),
               HasSubstr("has no content"));
+}
+
+// Both ends of each range and values around them; and a value of the ensemble.
+TEST(MaterialRecord, TakesTheValuesThatACaseTakes) {
+  const std::string text = R"([case]
+duration = "1 s"
+[materials.ice]
+density = "900 kg/m^3"
+young_modulus = "1 MPa"
+[materials.plastic]
+young_modulus = "1 GPa"
+[interactions.ice-plastic]
+static_friction = 2
+dynamic_friction = 0
+restitution = 0.5
+minimum_unloading_ratio = 0.1
+[interactions.ice-ice]
+static_friction = 2
+restitution = 0.5
+[shapes.ball]
+kind = "sphere"
+radius = "1 mm"
+material = "ice"
+[[particles]]
+shape = "ball"
+position = "0 0 0 m"
+)";
+  const std::pair<const char*, const char*> keys[] = {
+      {"materials.ice.density", "kg/m^3"},
+      {"materials.ice.young_modulus", "Pa"},
+      {"materials.ice.poisson_ratio", "1"},
+      {"interactions.ice-plastic.static_friction", "1"},
+      {"interactions.ice-plastic.dynamic_friction", "1"},
+      {"interactions.ice-plastic.restitution", "1"},
+      {"interactions.ice-plastic.tangential_stiffness_ratio", "1"},
+      {"interactions.ice-plastic.minimum_unloading_ratio", "1"},
+      {"interactions.ice-plastic.rolling_resistance", "1"},
+      {"interactions.ice-plastic.restick_velocity", "m/s"},
+      {"interactions.ice-plastic.adhesion_force", "N"},
+      {"interactions.ice-plastic.adhesion_stiffness_fraction", "1"}};
+  for (const auto& [key, unit] : keys) {
+    int taken = 0, refused = 0;
+    for (const double value : {-2.0, -1.0, -0.5, -0.01, 0.0, 0.01, 0.5, 0.51, 0.99, 1.0, 1.01}) {
+      const std::string of_case = test::error_if_any([&] {
+        read_case_text(text, "c.toml", ".", {{key, toml_value(value, unit)}});
+      });
+      MaterialRecord r = published_record();
+      r.materials = {"ice", "plastic"};
+      r.parameters = {{"one", {key}, value, unit, {}, {}, ""}};
+      const std::string of_record = record_refusal(r);
+      EXPECT_EQ(of_record.empty(), of_case.empty())
+          << key << " = " << value << ": " << of_record << " | " << of_case;
+      ++(of_record.empty() ? taken : refused);
+      EXPECT_THAT(of_record, AnyOf("", HasSubstr("parameters.0.value: is")))
+          << key << " = " << value;
+    }
+    EXPECT_GT(taken, 0) << key;
+    EXPECT_GT(refused, 0) << key;
+  }
+  const std::string of_sample = refusal_of([](MaterialRecord& r) {
+    r.ensemble->axes[1].bounds.low = -0.1;
+    r.ensemble->reference_sets[0].values[1] = -0.05;
+  });
+  EXPECT_THAT(of_sample,
+              HasSubstr("posterior_ensemble.reference_sets.0.values.1: is -0.05; expected "
+                        "a number of at least 0 for static_friction"));
 }
 
 TEST(MaterialRecord, FamiliesAreConsistent) {
