@@ -81,10 +81,12 @@ class PlacedBodies {
 
   Standing find(int number) const {
     const std::size_t count = bodies_.count(number);
-    if (count != 1)
-      table_.fail(key_, fmt::format("{} is {} of {} bodies; expected that of exactly one under "
-                                    "[[particles]]",
-                                    number, by_tag() ? "the tag" : "the number", count));
+    if (count != 1) {
+      const std::string holders = count == 0 ? "no body" : fmt::format("{} bodies", count);
+      table_.fail(key_,
+                  fmt::format("{} of [[particles]] {} the {} {}; expected exactly one", holders,
+                              count == 0 ? "has" : "have", by_tag() ? "tag" : "number", number));
+    }
     const Case::InitialParticle& p = *bodies_.find(number)->second;
     return supported_particle(model_, p.particle, p.position, p.orientation);
   }

@@ -512,7 +512,8 @@ position = "0 0 -9 mm"
     std::string changed = text;
     return changed.replace(changed.find("particles = [1]"), 15, particles);
   };
-  EXPECT_THAT(complaint(with("particles = [2]")), HasSubstr("2 is the number of 0 bodies"));
+  EXPECT_THAT(complaint(with("particles = [2]")),
+              HasSubstr("no body of [[particles]] has the number 2; expected exactly one"));
   EXPECT_THAT(complaint(with("particles = [1, 1]")), HasSubstr("joins 1 twice"));
   EXPECT_THAT(complaint(with("particles = []")), HasSubstr("is empty; expected numbers"));
   EXPECT_THAT(complaint(with("tags = [[0, 1]]")), HasSubstr("expected inlet or particles"));
