@@ -291,7 +291,7 @@ int run_case(const RunArguments& a) {
   const bool resuming = !a.resume_file.empty();
   options.results_file = resuming ? a.resume_file : a.output.empty() ? default_output(c) : a.output;
   make_output_folder(fs::path(options.results_file).parent_path().string());
-  log_case(c, options.results_file);
+  options.started = [&] { log_case(c, options.results_file); };
   std::optional<TraceWriter> trace;
   if (!a.trace.file.empty()) {
     trace.emplace(c, traced);

@@ -162,6 +162,7 @@ RunSummary run(const Case& c, const RunOptions& options) {
     });
     Driver driver(c, options, &*recorder, run_observer(options));
     driver.set_unsaved(unsaved);
+    if (options.started) options.started();
     summary = drive(driver, lock, c);
   } catch (const WriteError& e) {
     summary = write_failure(
@@ -218,6 +219,7 @@ RunSummary resume(const std::string& results_file, const RunOptions& given, cons
     } catch (const WriteError& e) {
       return write_failure(e, driver.recovery_hint(e));
     }
+    if (options.started) options.started();
     return drive(driver, lock, c);
   } catch (const WriteError& e) {
     return write_failure(

@@ -41,6 +41,8 @@ struct RunOptions {
   double checkpoint_every = 60;  // s of wall time; also on interruption and at the end of a stage
   std::function<void(const Progress&)>
       progress;  // about five times a second, at the start and at the end
+  // Called once, when the input has passed all checks and the results file exists.
+  std::function<void()> started;
   const std::atomic<bool>* interrupt = nullptr;  // set from a signal handler: save and stop
   // Called with the state of each step in the form in which frames record it: after insertion,
   // removal and change of stage, before the next step. `last`: no step follows.

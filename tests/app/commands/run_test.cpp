@@ -49,6 +49,28 @@ TEST(RunCommand, TwoBoxesEndToEnd) {
   EXPECT_NEAR(last.position[0][2], 0.010, 2e-4);
 }
 
+// Nothing is printed before the line that says what is wrong, and no results file is made.
+TEST(RunCommand, RefusesBadInputInOneLine) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  folder.write("notes.txt", "kept");
+  const auto refused = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"run", "case.toml"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome o = folder.firn(arguments);
+    EXPECT_EQ(o.status, 2);
+    EXPECT_EQ(lines(o.err), 1U) << o.err;
+    EXPECT_EQ(o.out, "");
+    EXPECT_FALSE(folder.contains("a.h5"));
+    return o.err;
+  };
+  EXPECT_THAT(refused({"-o", "case.toml"}), HasSubstr("case.toml: exists and is not a results"));
+  EXPECT_THAT(refused({"-o", "notes.txt"}), HasSubstr("notes.txt: exists and is not a results"));
+  EXPECT_EQ(read_text(folder.path() / "notes.txt"), "kept");
+  EXPECT_THAT(refused({"-o", "a.h5", "--set", "particles.1.position=\"0 0 12 mm\""}),
+              HasSubstr("particle 1 lies more than 1 mm inside particle 0; expected a free place"));
+}
+
 TEST(RunCommand, QuietRunPrintsOnlyResults) {
   const Folder folder;
   folder.write("case.toml", two_boxes);
