@@ -24,8 +24,9 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 // Seeds of a study lie this far apart from those of the next; those of its truth, and those that
-// judge its answer, are out of its reach.
-constexpr std::uint64_t study_stride = 10000, truth_seeds = 6000, fresh_seeds = 7000;
+// judge its answer and its measurement, are out of its reach.
+constexpr std::uint64_t study_stride = 10000, truth_seeds = 6000, fresh_seeds = 7000,
+                        further_seeds = 8000;
 
 std::vector<double> values_of(const std::vector<JobResult>& runs, const std::string& name) {
   std::vector<double> values;
@@ -37,6 +38,11 @@ std::vector<double> values_of(const std::vector<JobResult>& runs, const std::str
 
 std::string with_unit(double value, const std::string& unit) {
   return unit == "1" ? fmt::format("\"{}\"", value) : fmt::format("\"{} {}\"", value, unit);
+}
+
+// Of the mean, as a study takes it of repeats.
+double mean_variance_of(const Sample& s) {
+  return widened_variance(s.sum_of_squares / (s.count - 1), s.count - 1) / s.count;
 }
 
 std::string toml(const std::vector<Override>& set) {
@@ -67,8 +73,18 @@ const std::vector<SimulatedProblem>& simulated_problems() {
   const SimulatedProblem::Measured height{"fill_height", "m", 0.0003, 0};
   const std::string small = "tests/calibration_proof/small_box.toml";
   static const std::vector<SimulatedProblem> problems = {
-      {"count", small, {ice, wall}, {count}, 7, {}, "runs = 36\n", 6, false},
-      {"count and height", small, {ice, wall}, {count, height}, 7, {}, "runs = 36\n", 6, false},
+      {"count", small, {ice, wall}, {count}, 7, {}, "runs = 36\n", 6, 40, false},
+      {"count, three seeds a point",
+       small,
+       {ice, wall},
+       {count},
+       7,
+       {},
+       "runs = 36\nreplicates_per_point = 3\n",
+       6,
+       0,
+       false},
+      {"count and height", small, {ice, wall}, {count, height}, 7, {}, "runs = 36\n", 6, 40, false},
       // Soft contacts end at the limit of overlap, high friction bridges the door.
       {"gaps",
        "tests/calibration_proof/narrow_door.toml",
@@ -79,6 +95,7 @@ const std::vector<SimulatedProblem>& simulated_problems() {
        {{"numerics.overlap_limit", "0.17"}},
        "runs = 40\n",
        6,
+       0,
        false},
       {"full size",
        "cases/drained_repose/case.toml",
@@ -89,6 +106,7 @@ const std::vector<SimulatedProblem>& simulated_problems() {
        {},
        "center_replicates = 5\ndesign_points = 9\nruns_per_point = 2\nrefine_rounds = 1\n"
        "refine_points = 2\nconfirm_runs = 3\n",
+       0,
        0,
        true},
   };
@@ -148,14 +166,26 @@ std::vector<JobResult> SimulatedStudies::runs_at(const Values& values, std::uint
   return in_order;
 }
 
-// As a laboratory would hand them in: the repeats, or their mean and what is assumed of the
-// scatter.
-void SimulatedStudies::write_measurements(const std::vector<JobResult>& runs, int number) const {
+// The repeats of each measured response, with the error of its reading.
+std::vector<SimulatedStudies::Values> SimulatedStudies::repeats_of(
+    const std::vector<JobResult>& runs, int number) const {
   std::mt19937_64 random(static_cast<std::uint64_t>(7919 * number + 13));
+  std::vector<Values> repeats;
   for (const SimulatedProblem::Measured& m : problem_.measured) {
     const double offset = m.reading * normal_deviate(random);
-    std::vector<double> values = values_of(runs, m.response);
+    Values values = values_of(runs, m.response);
     for (double& v : values) v += offset;
+    repeats.push_back(values);
+  }
+  return repeats;
+}
+
+// As a laboratory would hand them in: the repeats, or their mean and what is assumed of the
+// scatter.
+void SimulatedStudies::write_measurements(const std::vector<Values>& repeats) const {
+  for (std::size_t i = 0; i < repeats.size(); ++i) {
+    const SimulatedProblem::Measured& m = problem_.measured[i];
+    const Values& values = repeats[i];
     std::string text = fmt::format(
         "name = \"simulated\"\nresponse = \"{}\"\nstatus = \"measured\"\nsource = \"a run\"\n",
         m.response);
@@ -252,6 +282,22 @@ std::string SimulatedStudies::results_of(const std::string& file, int number) co
   return results;
 }
 
+std::vector<double> SimulatedStudies::measured_z(const std::vector<Values>& repeats,
+                                                 const Values& truth, std::uint64_t first_seed) {
+  const auto runs = runs_at(truth, first_seed, problem_.at_truth);
+  std::vector<double> all;
+  for (std::size_t i = 0; i < repeats.size(); ++i) {
+    const SimulatedProblem::Measured& m = problem_.measured[i];
+    const Sample measured = sample(repeats[i]), more = sample(values_of(runs, m.response));
+    if (more.count < 2) continue;
+    const double variance = m.assumed_sd > 0 ? m.assumed_sd * m.assumed_sd / measured.count
+                                             : mean_variance_of(measured);
+    all.push_back((measured.mean - more.mean) /
+                  std::sqrt(variance + m.reading * m.reading + mean_variance_of(more)));
+  }
+  return all;
+}
+
 // Distances of a stated response at the estimate from that of fresh runs there, in standard errors.
 std::vector<double> SimulatedStudies::reported_z(const std::string& results,
                                                  std::uint64_t first_seed) {
@@ -265,10 +311,9 @@ std::vector<double> SimulatedStudies::reported_z(const std::string& results,
     const json& stated = estimate["simulated"][m.response];
     const Sample fresh = sample(values_of(runs, m.response));
     if (fresh.count < 2 || stated["value"].is_null()) continue;
-    const double variance =
-        widened_variance(fresh.sum_of_squares / (fresh.count - 1), fresh.count - 1) / fresh.count;
-    all.push_back((stated["value"].get<double>() - fresh.mean) /
-                  std::hypot(stated["standard_error"].get<double>(), std::sqrt(variance)));
+    all.push_back(
+        (stated["value"].get<double>() - fresh.mean) /
+        std::hypot(stated["standard_error"].get<double>(), std::sqrt(mean_variance_of(fresh))));
   }
   return all;
 }
@@ -279,7 +324,9 @@ std::optional<Verdict> SimulatedStudies::study(int number) {
   const std::uint64_t own = study_stride * static_cast<std::uint64_t>(number + 1);
   const auto measured = measured_at(v.truth, own + truth_seeds);
   if (!measured) return std::nullopt;
-  write_measurements(*measured, number);
+  const std::vector<Values> repeats = repeats_of(*measured, number);
+  write_measurements(repeats);
+  if (problem_.at_truth > 0) v.measured_z = measured_z(repeats, v.truth, own + further_seeds);
   const std::string file = (fs::path(folder_) / "study.toml").string();
   std::ofstream(file) << study_text(v.truth, problem_.same_design ? 1 : own);
   const std::string results = results_of(file, number);

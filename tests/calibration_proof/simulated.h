@@ -34,7 +34,8 @@ struct SimulatedProblem {
   int repeats = 0;               // runs at the truth that make the measurement
   std::vector<Override> limits;  // of the study's runs alone: the truth is simulated without
   std::string budget;            // keys of [budget]
-  int fresh = 0;  // runs at the answer that the study has not used, to judge its confirmation
+  int fresh = 0;     // runs at the answer that the study has not used, to judge its confirmation
+  int at_truth = 0;  // further runs at the truth, to judge the measurement alone
   // All studies begin with the same runs and differ in truth, measurement and refinement.
   bool same_design = false;
 };
@@ -50,6 +51,9 @@ struct Verdict {
   std::optional<double> combination_z, strayed_z;  // the latter: over its spread along the valley
   // (confirmed - fresh mean) over both standard errors together; of each target
   std::vector<double> reported_z;
+  // (measured value - mean of further runs at the truth) / both standard errors together; of each
+  // target. The study knows only the measured value and its uncertainty.
+  std::vector<double> measured_z;
   int runs = 0, arched = 0, failed = 0;
   double wall = 0;  // s, of the study's runs
 };
@@ -66,7 +70,10 @@ class SimulatedStudies {
  private:
   using Values = std::vector<double>;
   std::vector<JobResult> runs_at(const Values& values, std::uint64_t first_seed, int count);
-  void write_measurements(const std::vector<JobResult>& runs, int number) const;
+  std::vector<Values> repeats_of(const std::vector<JobResult>& runs, int number) const;
+  void write_measurements(const std::vector<Values>& repeats) const;
+  std::vector<double> measured_z(const std::vector<Values>& repeats, const Values& truth,
+                                 std::uint64_t first_seed);
   std::string study_text(const Values& truth, std::uint64_t seed) const;
   Values drawn_truth(int number) const;
   std::optional<std::vector<JobResult>> measured_at(const Values& truth, std::uint64_t first_seed);

@@ -54,7 +54,7 @@ double root_mean_square(const std::vector<double>& x) {
 
 // Whether chance explains more than once in a thousand times that no more truths are inside.
 bool report(const SimulatedProblem& problem, const std::vector<Verdict>& all, int asked) {
-  std::vector<double> hpd_level, combination, strayed, reported;
+  std::vector<double> hpd_level, combination, strayed, reported, measured;
   std::map<std::string, int> verdicts;
   int inside = 0, intervals = 0, arched = 0, failed = 0, runs = 0;
   for (const Verdict& v : all) {
@@ -62,6 +62,7 @@ bool report(const SimulatedProblem& problem, const std::vector<Verdict>& all, in
     runs += v.runs;
     arched += v.arched;
     failed += v.failed;
+    measured.insert(measured.end(), v.measured_z.begin(), v.measured_z.end());
     if (!v.hpd_level) continue;
     hpd_level.push_back(*v.hpd_level);
     inside += *v.hpd_level <= 0.95;
@@ -101,6 +102,12 @@ bool report(const SimulatedProblem& problem, const std::vector<Verdict>& all, in
   if (!reported.empty())
     fmt::print("| error of the confirmed response over stated (1) | {:.2f} ({}) |\n",
                root_mean_square(reported), reported.size());
+  if (!measured.empty()) {
+    const auto within =
+        std::ranges::count_if(measured, [](double z) { return std::abs(z) < 1.96; });
+    fmt::print("| the measurement alone: error over stated (1), within 1.96 | {:.2f}, {} of {} |\n",
+               root_mean_square(measured), within, measured.size());
+  }
   const bool kept = chance_of_so_few(inside, count, 0.95) > 0.001;
   fmt::print("\n{} the 95 % region holds the truth as often as 95 % allows by chance.\n\n",
              kept ? "Kept:" : "**NOT KEPT:**");
@@ -113,7 +120,8 @@ int run(const SimulatedProblem& problem, int first, int studies, const std::stri
   std::vector<Verdict> verdicts;
   fmt::ostream csv = fmt::output_file((std::filesystem::path(folder) / "studies.csv").string());
   csv.print(
-      "study,verdict,truth,denser,intervals,combination_z,reported_z,runs,arched,failed,wall_s\n");
+      "study,verdict,truth,denser,intervals,combination_z,reported_z,measured_z,runs,arched,failed,"
+      "wall_s\n");
   for (int s = first; s < first + studies; ++s) {
     const auto v = all.study(s);
     if (!v) {
@@ -121,10 +129,10 @@ int run(const SimulatedProblem& problem, int first, int studies, const std::stri
       continue;
     }
     verdicts.push_back(*v);
-    csv.print("{},{},{:.4g},{:.4f},{},{:.2f},{:.2f},{},{},{},{:.1f}\n", s, v->verdict,
+    csv.print("{},{},{:.4g},{:.4f},{},{:.2f},{:.2f},{:.2f},{},{},{},{:.1f}\n", s, v->verdict,
               fmt::join(v->truth, " "), v->hpd_level.value_or(NAN), v->intervals,
-              v->combination_z.value_or(NAN), fmt::join(v->reported_z, " "), v->runs, v->arched,
-              v->failed, v->wall);
+              v->combination_z.value_or(NAN), fmt::join(v->reported_z, " "),
+              fmt::join(v->measured_z, " "), v->runs, v->arched, v->failed, v->wall);
     csv.flush();
   }
   return report(problem, verdicts, studies) ? 0 : 1;
