@@ -115,7 +115,8 @@ void Solver::step_deferred() {
   if (!m.boundary_contacts.empty())
     i.timed("boundary contacts", [&] { firn::boundary_contacts(m, w, s); });
   if (!m.bonds.empty()) i.timed("bonds", [&] { compute_bond_forces(m, w.threads, w.bonds, s); });
-  if (m.statistics.any()) i.timed("statistics", [&] { update_statistics(m, w, s); });
+  if (m.statistics.any() && s.statistics.recording != 0)
+    i.timed("statistics", [&] { update_statistics(m, w, s); });
   i.timed("finish frames", [&] { finish_frames(m, w, s); });
   i.half_kick_pending = true;
   i.changed();
@@ -375,6 +376,18 @@ std::vector<Contact> Solver::contacts() const {
   return contacts_of(impl_->workspace, impl_->state);
 }
 
+void Solver::start_statistics() {
+  Impl& i = *impl_;
+  if (i.state.statistics.recording != 0)
+    throw std::logic_error(
+        "statistics have begun; expected StatisticsOptions::deferred, and one call");
+  i.complete_step();
+  i.state.statistics.recording = 1;
+  i.state.statistics.interval_start = i.state.steps;
+  std::ranges::fill(i.state.peak_normal_force, 0);
+  i.changed();
+}
+
 std::vector<ContactEvent> Solver::take_events() {
   return std::exchange(impl_->state.statistics.finished, {});
 }
@@ -385,7 +398,7 @@ std::vector<ContactEvent> Solver::open_events() const {
 
 std::vector<LoadInterval> Solver::take_load_intervals(bool up_to_now) {
   StatisticsState& stats = impl_->state.statistics;
-  if (stats.triangles.empty()) return {};
+  if (stats.triangles.empty() || stats.recording == 0) return {};
   if (up_to_now && impl_->state.steps > stats.interval_start)
     end_load_interval(impl_->model, impl_->state.steps, stats);
   std::vector<LoadInterval> intervals(stats.finished_intervals.size() / 2);

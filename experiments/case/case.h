@@ -256,6 +256,7 @@ struct Case {
   std::vector<Stage> stages;  // empty: one stage until `duration`
   std::optional<DrainedRepose> drained_repose;
   std::vector<Measure> measures;
+  int statistics_stage = -1;  // index into `stages`: statistics begin with it; -1: with the run
   double wear_rate = 0;  // 1/Pa, wear coefficient over hardness (Archard) of boundaries; 0: no wear
   double frame_interval = 0;  // s
   double state_interval = 0;  // s; 0: the results file has no states

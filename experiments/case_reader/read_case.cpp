@@ -247,7 +247,7 @@ void read_process(const TomlTable& root, const std::string& directory, Case& c) 
   check_stage_names(root, c);
   add_coming_particles(c);
   c.measures = read_measures(root, c);
-  model.statistics = read_statistics(root, model, c.wear_rate);
+  read_statistics(root, c);
   if (model.particles.empty()) {
     root.fail(
         "particles",

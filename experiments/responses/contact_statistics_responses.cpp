@@ -83,8 +83,13 @@ void add_triangles(const Recording& recording, std::vector<Response>& out) {
 
 }  // namespace
 
+bool statistics_began(const Recording& recording, const Case& c) {
+  return c.statistics_stage < static_cast<int>(recording.stages().size());
+}
+
 std::vector<Response> statistics_responses(const Recording& recording, const Case& c) {
   std::vector<Response> out;
+  if (!statistics_began(recording, c)) return out;
   const StatisticsOptions& options = c.model.statistics;
   if (options.events) add_contacts(recording, out);
   if (options.compressive_loads) add_opposed(recording, out);

@@ -73,7 +73,7 @@ std::vector<Response> general_responses(const Recording& recording, const Case& 
                  1});
   add_overlaps(recording, c, out);
   const std::vector<double> peaks = recording.peak_normal_force();
-  if (!peaks.empty()) {
+  if (!peaks.empty() && statistics_began(recording, c)) {
     out.push_back({"peak_normal_force",
                    {*std::max_element(peaks.begin(), peaks.end())},
                    {},

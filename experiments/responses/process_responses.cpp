@@ -6,6 +6,7 @@
 #include <string>
 
 #include "experiments/analysis/line_fit.h"
+#include "experiments/responses/contact_statistics_responses.h"
 #include "experiments/results/results_file.h"
 
 namespace firn {
@@ -220,7 +221,8 @@ void add_sensor(const Recording& recording, const Sensor& sensor, const std::vec
             "similarity of the first half: 1 as drawn at random, 0 as in strict order of age");
 }
 
-void add_loads(const Recording& recording, const std::vector<double>& inserted, Out& out) {
+void add_loads(const Recording& recording, const std::vector<double>& inserted, bool has_peaks,
+               Out& out) {
   const std::vector<double> peaks = recording.peak_normal_force();
   std::vector<double> of_those_that_came;
   for (std::size_t i = 0; i < peaks.size(); ++i)
@@ -231,8 +233,9 @@ void add_loads(const Recording& recording, const std::vector<double>& inserted, 
   if (!of_those_that_came.empty())
     out.add("mean_particle_mass", {total / static_cast<double>(of_those_that_came.size())}, "kg",
             "mean over all inserted particles");
-  out.add("peak_normal_forces", of_those_that_came, "N",
-          "largest contact normal force over every step, one value for each inserted particle");
+  if (has_peaks)
+    out.add("peak_normal_forces", of_those_that_came, "N",
+            "largest contact normal force over every step, one value for each inserted particle");
 }
 
 void add_frame(const Recording& recording, const MotionFrame& frame, Out& out) {
@@ -327,7 +330,7 @@ std::vector<Response> process_responses(const Recording& recording, const Case& 
     out.add(s.name + "_batches_released", {released}, "1",
             "inserted batches of which no particle is in its place any more at the end");
   }
-  add_loads(recording, inserted, out);
+  add_loads(recording, inserted, statistics_began(recording, c), out);
   for (const Sensor& sensor : c.sensors) add_sensor(recording, sensor, c.tag_rules, out);
   for (const MotionFrame& frame : c.model.frames) add_frame(recording, frame, out);
   for (const Coupling& coupling : c.model.couplings)

@@ -292,6 +292,7 @@ void Driver::enter_stage(std::size_t number) {
   state_.stages.push_back({stage.name, now(), std::numeric_limits<double>::quiet_NaN(), ""});
   state_.stage_start = solver_.steps();
   watch_.enter_stage();
+  if (static_cast<int>(number) == case_.statistics_stage) solver_.start_statistics();
   particle_flow_.tag(stage.name, solver_);
   for (const std::string& name : stage.remove)
     solver_.remove_boundary(find_boundary(case_.model, name, case_.source));

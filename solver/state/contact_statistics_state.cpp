@@ -5,6 +5,7 @@ namespace firn {
 StatisticsState empty_statistics(const Model& model) {
   const StatisticsOptions& options = model.statistics;
   StatisticsState stats;
+  stats.recording = options.deferred ? 0 : 1;
   std::size_t triangles = 0, surfaces = 0;
   for (const MonitoredBoundary& w : options.monitored) triangles += w.mesh.triangles.size();
   for (const TriangleMesh& mesh : options.surfaces) surfaces += mesh.triangles.size();

@@ -28,6 +28,7 @@ struct OpenContact {
 };
 
 struct StatisticsState {
+  std::uint64_t recording = 1;  // 0: before Solver::start_statistics()
   // Contacts
   std::uint64_t list = 0;                  // number of the neighbor list that pairs refer to
   std::vector<std::int32_t> open_of_pair;  // [pairs] its open contact; -1: none

@@ -158,6 +158,7 @@ void walk(Archive& ar, S& s) {
   ar.value(s.diagnostics.queries);
   ar.value(s.diagnostics.contact_searches);
   ar.group("statistics");
+  ar.value(s.statistics.recording);
   ar.value(s.statistics.list);
   ar.array(s.statistics.open_of_pair);
   ar.array(s.statistics.open);
@@ -271,7 +272,9 @@ void start_missing(const Model& model, State& state) {
   const bool has_none = stats.list == 0 && stats.surfaces.empty() && stats.energies.empty() &&
                         stats.opposed.empty() && stats.triangles.empty();
   if (!has_none && model.statistics.any()) return;
+  const std::uint64_t recording = stats.recording;
   stats = empty_statistics(model);
+  stats.recording = recording;
   if (model.statistics.any()) stats.interval_start = state.steps;
 }
 

@@ -56,7 +56,7 @@ void add_work_of_removed_boundaries(const Model& model, const Workspace& w, Stat
     s.work_normal += sum.normal;
     s.work_friction += sum.friction;
     s.work_boundaries += sum.normal + sum.friction;
-    if (!model.statistics.contacts()) continue;
+    if (s.statistics.open_of_pair.empty()) continue;  // no statistics of contacts, or none yet
     if (const std::int32_t open = s.statistics.open_of_pair[p]; open >= 0)
       s.statistics.sums[index(open)].work += sum.normal + sum.friction;
   }

@@ -63,15 +63,30 @@ EnergyBins read_energies(const TomlTable& t) {
   return classes;
 }
 
+// Index of the stage with which statistics begin.
+int read_stage(const TomlTable& t, const std::vector<Stage>& stages) {
+  const std::string name = t.string("from_stage");
+  const auto it = std::ranges::find(stages, name, &Stage::name);
+  if (it != stages.end()) return static_cast<int>(it - stages.begin());
+  std::vector<std::string> names;
+  for (const Stage& stage : stages) names.push_back(fmt::format("\"{}\"", stage.name));
+  t.fail("from_stage", fmt::format("\"{}\" is no stage of the case; expected {}", name,
+                                   names.empty() ? "none, as it has no [[stages]]"
+                                                 : "one of " + comma_list(names)));
+}
+
 }  // namespace
 
-StatisticsOptions read_statistics(const TomlTable& root, const Model& model, double& wear_rate) {
-  StatisticsOptions options;
-  if (!root.has("statistics")) return options;
+void read_statistics(const TomlTable& root, Case& c) {
+  Model& model = c.model;
+  StatisticsOptions& options = model.statistics;
+  if (!root.has("statistics")) return;
   const TomlTable t = root.required_table("statistics");
-  t.allow({"merge_gap", "events", "compressive_loads", "boundary_maps", "particle_maps",
-           "energy_spectrum"});
+  t.allow({"merge_gap", "from_stage", "events", "compressive_loads", "boundary_maps",
+           "particle_maps", "energy_spectrum"});
   options.merge_gap = t.quantity("merge_gap", dimension::time, Sign::non_negative, "0 s");
+  if (t.has("from_stage")) c.statistics_stage = read_stage(t, c.stages);
+  options.deferred = c.statistics_stage >= 0;
   options.compressive_loads = t.boolean("compressive_loads", false);
   if (t.has("events")) {
     const TomlTable events = t.required_table("events");
@@ -86,7 +101,7 @@ StatisticsOptions read_statistics(const TomlTable& root, const Model& model, dou
     options.monitored = read_monitored(triangles, model);
     options.interval =
         triangles.optional_quantity("interval", dimension::time, Sign::positive).value_or(0);
-    wear_rate = read_wear_rate(triangles);
+    c.wear_rate = read_wear_rate(triangles);
   }
   if (t.has("particle_maps")) {
     const TomlTable surfaces = t.required_table("particle_maps");
@@ -96,7 +111,6 @@ StatisticsOptions read_statistics(const TomlTable& root, const Model& model, dou
   }
   if (t.has("energy_spectrum"))
     options.energies = read_energies(t.required_table("energy_spectrum"));
-  return options;
 }
 
 }  // namespace firn

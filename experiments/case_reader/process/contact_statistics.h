@@ -1,13 +1,13 @@
 // [statistics] of a case file: contact statistics over all steps (docs/statistics.md).
 #pragma once
 
+#include "experiments/case/case.h"
 #include "experiments/text/toml_document.h"
-#include "firn/model.h"
 
 namespace firn {
 
-// The model must have its shapes and boundaries. Sets `wear_rate` (1/Pa), the wear coefficient over
-// the hardness (Archard); 0 without the keys.
-StatisticsOptions read_statistics(const TomlTable& root, const Model& model, double& wear_rate);
+// Sets the statistics of the model, Case::statistics_stage and Case::wear_rate. The case must have
+// its shapes, boundaries and stages.
+void read_statistics(const TomlTable& root, Case& c);
 
 }  // namespace firn

@@ -19,7 +19,7 @@ struct ParticleState {
   std::vector<Quat> orientation;          // body (principal) axes -> world
   std::vector<Vec3> velocity;             // m/s, world
   std::vector<Vec3> angular_velocity;     // rad/s, world
-  std::vector<double> peak_normal_force;  // N, largest patch force over all steps so far
+  std::vector<double> peak_normal_force;  // N, largest patch force over all steps, or since start_statistics()
 };
 
 // A boundary, at the end of a step.

@@ -30,6 +30,8 @@ struct EnergyBins {
 
 // Statistics that a simulation accumulates. Disabled ones cost no time.
 struct StatisticsOptions {
+  bool deferred = false;  // begin with Solver::start_statistics(), not with the first step
+
   double merge_gap = 0;  // s: separations of a pair shorter than this do not end a contact
 
   bool events = false;   // list of contacts

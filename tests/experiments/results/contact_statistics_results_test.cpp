@@ -73,6 +73,10 @@ TEST(StatisticsCase, RefusesWhatMakesNoSense) {
       {"statistics.events.threshold", "\"1 J\"", "statistics.events.threshold: "},
       {"statistics.events.treshold", "\"1 N\"", "\"threshold\""},
       {"statistics.merge_gap", "3", "statistics.merge_gap: "},
+      {"statistics.from_stage", "\"dorp\"",
+       "statistics.from_stage: \"dorp\" is no stage of the case; expected one of \"settle\", "
+       "\"drop\""},
+      {"statistics.from_stage", "1", "statistics.from_stage: "},
       {"statistics.compressive_loads", "\"yes\"", "statistics.compressive_loads: "},
       {"statistics.boundary_maps.boundaries", "[\"flor\"]", "\"floor\""},
       {"statistics.boundary_maps.boundaries", "[]", "expected names of boundaries"},
@@ -106,6 +110,45 @@ class StatisticsFile : public ResultsFolder {
     return Recording(options.results_file);
   }
 };
+
+double response(const Recording& recording, const Case& c, const std::string& name) {
+  const std::vector<Response> all = measure(recording, c);
+  const auto it = std::ranges::find(all, name, &Response::name);
+  return it == all.end() || it->value.empty() ? NAN : *std::ranges::max_element(it->value);
+}
+
+// With from_stage nothing of an earlier stage is in the file; a run that ends before it has no
+// such responses.
+TEST_F(StatisticsFile, CountFromTheStageThatTheCaseNames) {
+  const char* const names[] = {"largest_compressive_load", "peak_normal_force",
+                               "contacts_on_floor"};
+  const Case all = tray();
+  const Recording whole = recorded(all);
+  const double start = whole.stages().at(1).start;
+  const auto before = std::ranges::count_if(contact_events(whole),
+                                            [&](const ContactEvent& e) { return e.start < start; });
+  ASSERT_GT(before, 5);
+  std::vector<double> of_whole;
+  for (const char* name : names) of_whole.push_back(response(whole, all, name));
+
+  const Case late = tray({{"statistics.from_stage", "\"drop\""}});
+  EXPECT_EQ(case_hash(read_case_text(late.resolved, "again.toml", ".")), case_hash(late));
+  const Recording dropped = recorded(late);
+  EXPECT_EQ(dropped.stages().at(1).start, start);
+  for (const ContactEvent& e : contact_events(dropped)) EXPECT_GE(e.start, start);
+  for (const BoundaryLoads& loads : boundary_loads(dropped))
+    for (const double t : loads.start) EXPECT_GE(t, start);
+  for (std::size_t k = 0; k < std::size(names); ++k) {
+    if (std::isnan(of_whole[k])) continue;
+    EXPECT_LT(response(dropped, late, names[k]), of_whole[k]) << names[k];
+  }
+  EXPECT_GT(response(whole, all, "peak_normal_force"), 0);
+
+  const Case never = tray({{"statistics.from_stage", "\"drop\""}, {"case.duration", "\"20 ms\""}});
+  const Recording ended = recorded(never);
+  ASSERT_EQ(ended.stages().size(), 1u);
+  for (const char* name : names) EXPECT_TRUE(std::isnan(response(ended, never, name))) << name;
+}
 
 // What the file says of contacts is what boundaries and particles say of themselves.
 TEST_F(StatisticsFile, HoldsEveryContactAboveTheThreshold) {

@@ -255,6 +255,50 @@ TEST(Events, StartInAStateThatWasKeptWithoutThem) {
   EXPECT_TRUE(plain.open_events().empty());
 }
 
+// Deferred ones begin as in a state that was kept without them, whatever happens at that moment.
+TEST(Statistics, DeferredOnesCountFromTheirStart) {
+  Model model = small_box(30);
+  model.statistics.events = true;
+  model.statistics.compressive_loads = true;
+  model.statistics.energies = {1e-9, 5, 8};
+  Solver whole = filled(model);
+  scenes::run(whole, 0.3);
+  Model none = model;
+  none.statistics = {};
+  Solver plain = filled(none);
+  scenes::run(plain, 0.3);
+  Solver restored(model);
+  restored.restore(plain.save());
+
+  model.statistics.deferred = true;
+  Solver deferred = filled(model);
+  scenes::run(deferred, 0.3);
+  EXPECT_TRUE(deferred.take_events().empty());
+  EXPECT_TRUE(deferred.open_events().empty());
+  EXPECT_GT(deferred.particles().peak_normal_force[0], 0);
+  deferred.start_statistics();
+  EXPECT_EQ(deferred.particles().peak_normal_force[0], 0);
+  EXPECT_THROW(deferred.start_statistics(), std::logic_error);
+  EXPECT_THROW(whole.start_statistics(), std::logic_error);
+  Solver resumed(model);
+  resumed.restore(deferred.save());
+  for (Solver* solver : {&whole, &restored, &deferred, &resumed}) {
+    solver->remove_boundary(0);
+    solver->remove_particle(3);
+    scenes::run(*solver, 0.2);
+  }
+  const std::vector<ContactEvent> events = deferred.take_events();
+  EXPECT_GT(events.size(), 10u);
+  EXPECT_TRUE(same(events, restored.take_events()));
+  EXPECT_TRUE(same(events, resumed.take_events()));
+  EXPECT_TRUE(same(deferred.open_events(), restored.open_events()));
+  EXPECT_EQ(deferred.hash(), resumed.hash());
+  for (std::size_t i = 0; i < 30; ++i) {
+    EXPECT_EQ(deferred.compressive_loads()[i].load, restored.compressive_loads()[i].load) << i;
+    EXPECT_LE(deferred.particles().peak_normal_force[i], whole.particles().peak_normal_force[i]);
+  }
+}
+
 // A body that is taken away ends its contacts.
 TEST(Events, EndWhenABodyIsRemoved) {
   Model model = small_box(10);
