@@ -282,20 +282,24 @@ std::string SimulatedStudies::results_of(const std::string& file, int number) co
   return results;
 }
 
-std::vector<double> SimulatedStudies::measured_z(const std::vector<Values>& repeats,
-                                                 const Values& truth, std::uint64_t first_seed) {
-  const auto runs = runs_at(truth, first_seed, problem_.at_truth);
-  std::vector<double> all;
+// Separates an error of the measurement from one of the fitted response.
+void SimulatedStudies::judge_at_truth(const std::vector<Values>& repeats,
+                                      const std::string& results, std::uint64_t first_seed,
+                                      Verdict& v) {
+  const auto runs = runs_at(v.truth, first_seed, problem_.at_truth);
+  const json fit = json::parse(results)["compare"][0]["fit"];
   for (std::size_t i = 0; i < repeats.size(); ++i) {
     const SimulatedProblem::Measured& m = problem_.measured[i];
     const Sample measured = sample(repeats[i]), more = sample(values_of(runs, m.response));
     if (more.count < 2) continue;
     const double variance = m.assumed_sd > 0 ? m.assumed_sd * m.assumed_sd / measured.count
                                              : mean_variance_of(measured);
-    all.push_back((measured.mean - more.mean) /
-                  std::sqrt(variance + m.reading * m.reading + mean_variance_of(more)));
+    v.measured_z.push_back((measured.mean - more.mean) /
+                           std::sqrt(variance + m.reading * m.reading + mean_variance_of(more)));
+    v.fitted_z.push_back((fit[m.response]["value"].get<double>() - more.mean) /
+                         std::hypot(fit[m.response]["uncertainty"].get<double>(),
+                                    std::sqrt(mean_variance_of(more))));
   }
-  return all;
 }
 
 // Distances of a stated response at the estimate from that of fresh runs there, in standard errors.
@@ -326,7 +330,6 @@ std::optional<Verdict> SimulatedStudies::study(int number) {
   if (!measured) return std::nullopt;
   const std::vector<Values> repeats = repeats_of(*measured, number);
   write_measurements(repeats);
-  if (problem_.at_truth > 0) v.measured_z = measured_z(repeats, v.truth, own + further_seeds);
   const std::string file = (fs::path(folder_) / "study.toml").string();
   std::ofstream(file) << study_text(v.truth, problem_.same_design ? 1 : own);
   const std::string results = results_of(file, number);
@@ -338,6 +341,7 @@ std::optional<Verdict> SimulatedStudies::study(int number) {
   v.wall = j["wall_seconds"];
   if (!j["compare"][0].contains("hpd_level")) return v;
   judge_truth(j, v);
+  if (problem_.at_truth > 0) judge_at_truth(repeats, results, own + further_seeds, v);
   if (problem_.fresh > 0 && j.contains("estimate") && j["estimate"].contains("simulated"))
     v.reported_z = reported_z(results, own + fresh_seeds);
   return v;

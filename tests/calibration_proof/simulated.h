@@ -51,9 +51,9 @@ struct Verdict {
   std::optional<double> combination_z, strayed_z;  // the latter: over its spread along the valley
   // (confirmed - fresh mean) over both standard errors together; of each target
   std::vector<double> reported_z;
-  // (measured value - mean of further runs at the truth) / both standard errors together; of each
-  // target. The study knows only the measured value and its uncertainty.
-  std::vector<double> measured_z;
+  // Of each target at the truth, against the mean of further runs there, in standard errors of both
+  // together: the measured value, and the response that the study fits.
+  std::vector<double> measured_z, fitted_z;
   int runs = 0, arched = 0, failed = 0;
   double wall = 0;  // s, of the study's runs
 };
@@ -72,8 +72,8 @@ class SimulatedStudies {
   std::vector<JobResult> runs_at(const Values& values, std::uint64_t first_seed, int count);
   std::vector<Values> repeats_of(const std::vector<JobResult>& runs, int number) const;
   void write_measurements(const std::vector<Values>& repeats) const;
-  std::vector<double> measured_z(const std::vector<Values>& repeats, const Values& truth,
-                                 std::uint64_t first_seed);
+  void judge_at_truth(const std::vector<Values>& repeats, const std::string& results,
+                      std::uint64_t first_seed, Verdict& v);
   std::string study_text(const Values& truth, std::uint64_t seed) const;
   Values drawn_truth(int number) const;
   std::optional<std::vector<JobResult>> measured_at(const Values& truth, std::uint64_t first_seed);

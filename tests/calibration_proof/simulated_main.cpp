@@ -54,7 +54,7 @@ double root_mean_square(const std::vector<double>& x) {
 
 // Whether chance explains more than once in a thousand times that no more truths are inside.
 bool report(const SimulatedProblem& problem, const std::vector<Verdict>& all, int asked) {
-  std::vector<double> hpd_level, combination, strayed, reported, measured;
+  std::vector<double> hpd_level, combination, strayed, reported, measured, fitted;
   std::map<std::string, int> verdicts;
   int inside = 0, intervals = 0, arched = 0, failed = 0, runs = 0;
   for (const Verdict& v : all) {
@@ -63,6 +63,7 @@ bool report(const SimulatedProblem& problem, const std::vector<Verdict>& all, in
     arched += v.arched;
     failed += v.failed;
     measured.insert(measured.end(), v.measured_z.begin(), v.measured_z.end());
+    fitted.insert(fitted.end(), v.fitted_z.begin(), v.fitted_z.end());
     if (!v.hpd_level) continue;
     hpd_level.push_back(*v.hpd_level);
     inside += *v.hpd_level <= 0.95;
@@ -102,12 +103,14 @@ bool report(const SimulatedProblem& problem, const std::vector<Verdict>& all, in
   if (!reported.empty())
     fmt::print("| error of the confirmed response over stated (1) | {:.2f} ({}) |\n",
                root_mean_square(reported), reported.size());
-  if (!measured.empty()) {
-    const auto within =
-        std::ranges::count_if(measured, [](double z) { return std::abs(z) < 1.96; });
-    fmt::print("| the measurement alone: error over stated (1), within 1.96 | {:.2f}, {} of {} |\n",
-               root_mean_square(measured), within, measured.size());
-  }
+  const auto against_further_runs = [](const char* what, const std::vector<double>& z) {
+    if (z.empty()) return;
+    const auto within = std::ranges::count_if(z, [](double one) { return std::abs(one) < 1.96; });
+    fmt::print("| {} at the truth: error over stated (1), within 1.96 | {:.2f}, {} of {} |\n", what,
+               root_mean_square(z), within, z.size());
+  };
+  against_further_runs("measured response", measured);
+  against_further_runs("fitted response", fitted);
   const bool kept = chance_of_so_few(inside, count, 0.95) > 0.001;
   fmt::print("\n{} the 95 % region holds the truth as often as 95 % allows by chance.\n\n",
              kept ? "Kept:" : "**NOT KEPT:**");
@@ -120,7 +123,8 @@ int run(const SimulatedProblem& problem, int first, int studies, const std::stri
   std::vector<Verdict> verdicts;
   fmt::ostream csv = fmt::output_file((std::filesystem::path(folder) / "studies.csv").string());
   csv.print(
-      "study,verdict,truth,denser,intervals,combination_z,reported_z,measured_z,runs,arched,failed,"
+      "study,verdict,truth,denser,intervals,combination_z,reported_z,measured_z,fitted_z,runs,"
+      "arched,failed,"
       "wall_s\n");
   for (int s = first; s < first + studies; ++s) {
     const auto v = all.study(s);
@@ -129,10 +133,11 @@ int run(const SimulatedProblem& problem, int first, int studies, const std::stri
       continue;
     }
     verdicts.push_back(*v);
-    csv.print("{},{},{:.4g},{:.4f},{},{:.2f},{:.2f},{:.2f},{},{},{},{:.1f}\n", s, v->verdict,
+    csv.print("{},{},{:.4g},{:.4f},{},{:.2f},{:.2f},{:.2f},{:.2f},{},{},{},{:.1f}\n", s, v->verdict,
               fmt::join(v->truth, " "), v->hpd_level.value_or(NAN), v->intervals,
               v->combination_z.value_or(NAN), fmt::join(v->reported_z, " "),
-              fmt::join(v->measured_z, " "), v->runs, v->arched, v->failed, v->wall);
+              fmt::join(v->measured_z, " "), fmt::join(v->fitted_z, " "), v->runs, v->arched,
+              v->failed, v->wall);
     csv.flush();
   }
   return report(problem, verdicts, studies) ? 0 : 1;
