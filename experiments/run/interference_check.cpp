@@ -403,6 +403,11 @@ double smallest_edge(const Case& c, int particle) {
   return c.model.shapes[index(shape)].box.minCoeff();
 }
 
+// Of an entry of Case::placed. A program may have added it to a case that was read.
+std::string place_of_particle(const Case& c, std::size_t entry) {
+  return entry < c.particle_places.size() ? c.particle_places[entry] : c.source + ": particles";
+}
+
 void check_particles_in_boundaries(const Case& c) {
   Solver solver(std::make_shared<const Model>(without_particles(c)), 0);
   for (const FrameStart& start : c.frame_starts) solver.start_frame(start);
@@ -414,7 +419,7 @@ void check_particles_in_boundaries(const Case& c) {
     if (!wall) continue;
     throw InputError(fmt::format(
         "{}: particle {} lies more than {:.3g} mm inside boundary \"{}\"; expected a free place",
-        c.particle_places.at(i), p.particle, 1e3 * depth, c.model.boundaries[index(*wall)].name));
+        place_of_particle(c, i), p.particle, 1e3 * depth, c.model.boundaries[index(*wall)].name));
   }
 }
 
@@ -456,7 +461,7 @@ void check_particles_in_particles(const Case& c) {
       if (!overlap_deeper(*a.shape, *b.shape, b_in_a, depth)) continue;
       throw InputError(fmt::format(
           "{}: particle {} lies more than {:.3g} mm inside particle {}; expected a free place",
-          c.particle_places.at(b.entry), second, 1e3 * depth, first));
+          place_of_particle(c, b.entry), second, 1e3 * depth, first));
     }
   }
 }

@@ -176,6 +176,7 @@ RunSummary resume(const std::string& results_file, const RunOptions& given, cons
   RunOptions options = given;
   options.results_file = results_file;
   const auto finished = [&](std::vector<Response> responses) {
+    if (options.started) options.started();
     RunSummary summary;
     summary.status = RunStatus::finished;
     summary.reason = "was finished already";

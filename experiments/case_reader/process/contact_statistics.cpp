@@ -64,7 +64,7 @@ EnergyBins read_energies(const TomlTable& t) {
 }
 
 // Index of the stage with which statistics begin.
-int read_stage(const TomlTable& t, const std::vector<Stage>& stages) {
+int first_stage_of(const TomlTable& t, const std::vector<Stage>& stages) {
   const std::string name = t.string("from_stage");
   const auto it = std::ranges::find(stages, name, &Stage::name);
   if (it != stages.end()) return static_cast<int>(it - stages.begin());
@@ -85,7 +85,7 @@ void read_statistics(const TomlTable& root, Case& c) {
   t.allow({"merge_gap", "from_stage", "events", "compressive_loads", "boundary_maps",
            "particle_maps", "energy_spectrum"});
   options.merge_gap = t.quantity("merge_gap", dimension::time, Sign::non_negative, "0 s");
-  if (t.has("from_stage")) c.statistics_stage = read_stage(t, c.stages);
+  if (t.has("from_stage")) c.statistics_stage = first_stage_of(t, c.stages);
   options.deferred = c.statistics_stage >= 0;
   options.compressive_loads = t.boolean("compressive_loads", false);
   if (t.has("events")) {

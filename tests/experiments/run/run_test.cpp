@@ -329,14 +329,10 @@ TEST_F(RunTest, FailedRunSaysSoInItsFile) {
   Case c = tray();
   c.fills.clear();
   c.model.particles.resize(1);
-  c.model.particles.push_back(c.model.particles[0]);
-  Case::InitialParticle inside = c.placed[0];
-  inside.particle = 1;
-  inside.position.x() += 0.001;
-  c.placed.push_back(inside);
+  c.placed[0].velocity.z() = -30;  // m/s: deeper into the floor than the limit
   const RunSummary summary = run(c, options("run.h5"));
   EXPECT_EQ(summary.status, RunStatus::failed);
-  EXPECT_THAT(summary.reason, HasSubstr("m inside particle 1"));
+  EXPECT_THAT(summary.reason, HasSubstr("particle 0 overlaps boundary \"floor\" by"));
   const Recording recording(options("run.h5").results_file);
   EXPECT_EQ(recording.status(), "failed: " + summary.reason);
   EXPECT_GE(recording.frame_times().size(), 1u);
