@@ -156,8 +156,22 @@ void add_columns(const std::vector<TagRule>& rules, const std::vector<int>& tag,
             "one value for each column of [[tag_rules]], in order");
 }
 
-void add_sensor(const Recording& recording, const Sensor& sensor, const std::vector<TagRule>& rules,
-                Out& out) {
+// `passed`: s, of each particle; NaN: not yet.
+void add_since_stages(const Recording& recording, const std::vector<Stage>& stages,
+                      const std::vector<double>& passed, const std::string& name, Out& out) {
+  const std::vector<StageRecord> begun = recording.stages();
+  for (std::size_t k = 1; k < stages.size(); ++k) {
+    double count = kUndefined;
+    if (k < begun.size())
+      count = static_cast<double>(
+          std::ranges::count_if(passed, [&](double time) { return time >= begun[k].start; }));
+    out.add(name + "count_since_" + stages[k].name, {count}, "1",
+            "particles whose center has passed the sensor since the stage began; undefined: it did "
+            "not begin");
+  }
+}
+
+void add_sensor(const Recording& recording, const Sensor& sensor, const Case& c, Out& out) {
   const std::vector<double> passed = recording.sensor_time(sensor.name),
                             inserted = recording.insert_time(), mass = recording.mass();
   std::vector<int> batch = recording.batch(), tag = recording.tag();
@@ -180,6 +194,7 @@ void add_sensor(const Recording& recording, const Sensor& sensor, const std::vec
   const std::string name = sensor.name + "_";
   out.add(name + "count", {static_cast<double>(times.size())}, "1",
           "particles whose center has passed the sensor");
+  add_since_stages(recording, c.stages, passed, name, out);
   out.add(name + "mass", {total}, "kg", "mass of the particles whose center has passed the sensor");
   if (!times.empty()) {
     const auto [first, last] = std::ranges::minmax(times);
@@ -196,7 +211,7 @@ void add_sensor(const Recording& recording, const Sensor& sensor, const std::vec
   out.add(name + "count_by_batch", by_batch.count, "1", rows);
   out.add(name + "residence_time_by_batch", by_batch.mean, "s", rows);
   out.add(name + "count_by_tag", by_tag.count, "1", rows);
-  add_columns(rules, tags, through, name, out);
+  add_columns(c.tag_rules, tags, through, name, out);
   const bool all_passed = std::ranges::none_of(residence, [](double v) { return std::isnan(v); });
   out.add(name + "residence_times", residence, "s",
           all_passed ? "from insertion to the sensor, one value for each inserted particle"
@@ -331,7 +346,7 @@ std::vector<Response> process_responses(const Recording& recording, const Case& 
             "inserted batches of which no particle is in its place any more at the end");
   }
   add_loads(recording, inserted, statistics_began(recording, c), out);
-  for (const Sensor& sensor : c.sensors) add_sensor(recording, sensor, c.tag_rules, out);
+  for (const Sensor& sensor : c.sensors) add_sensor(recording, sensor, c, out);
   for (const MotionFrame& frame : c.model.frames) add_frame(recording, frame, out);
   for (const Coupling& coupling : c.model.couplings)
     add_coupling_friction(recording, coupling, out);

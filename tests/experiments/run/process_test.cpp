@@ -50,6 +50,24 @@ TEST_F(SceneTest, ARunThatEndsBeforeAnyParticleComesHasResults) {
   EXPECT_TRUE(peaks->value.empty());
 }
 
+// Of what passes a sensor, that of an earlier stage is not counted since a later one.
+TEST_F(SceneTest, PassagesAreCountedSinceEachStage) {
+  const auto counts = [&](const std::vector<Override>& overrides) {
+    const RunSummary summary = run(read(kHarvest, overrides), options("run.h5"));
+    EXPECT_EQ(summary.status, RunStatus::finished) << summary.reason;
+    std::vector<double> out;
+    for (const char* name : {"below_count", "below_count_since_drop"})
+      out.push_back(std::ranges::find(summary.responses, name, &Response::name)->value.at(0));
+    return out;
+  };
+  EXPECT_EQ(counts({}), (std::vector<double>{3, 3}));
+  // At half of the way into the column: passed before the floor vanishes.
+  EXPECT_EQ(counts({{"sensors.below.point", "0 0 65 mm"}}), (std::vector<double>{3, 0}));
+  const std::vector<double> early = counts({{"case.duration", "0.2 s"}});
+  EXPECT_EQ(early[0], 0);
+  EXPECT_TRUE(std::isnan(early[1]));
+}
+
 TEST_F(SceneTest, HarvestEndsWhenTheColumnHoldsThePlate) {
   const Case c = read(kHarvest);
   EXPECT_EQ(c.model.particles.size(), 20u);
