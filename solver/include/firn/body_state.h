@@ -15,11 +15,12 @@ enum class Presence : std::uint8_t { pending, present, removed };
 // pending and removed particles.
 struct ParticleState {
   std::vector<Presence> presence;
-  std::vector<Vec3> position;             // m, center of mass, world
-  std::vector<Quat> orientation;          // body (principal) axes -> world
-  std::vector<Vec3> velocity;             // m/s, world
-  std::vector<Vec3> angular_velocity;     // rad/s, world
-  std::vector<double> peak_normal_force;  // N, largest patch force over all steps, or since start_statistics()
+  std::vector<Vec3> position;          // m, center of mass, world
+  std::vector<Quat> orientation;       // body (principal) axes -> world
+  std::vector<Vec3> velocity;          // m/s, world
+  std::vector<Vec3> angular_velocity;  // rad/s, world
+  // N, largest patch force over all steps, or since Solver::start_statistics()
+  std::vector<double> peak_normal_force;
 };
 
 // A boundary, at the end of a step.

@@ -147,9 +147,9 @@ class Solver {
   // All patches of the neighbor list, in the order of (a, b): a copy. Its forces are those of the
   // next half-kick. A particle or boundary removed since the last step still has its last contacts.
   std::vector<Contact> contacts() const;
-  // Of a model with StatisticsOptions::deferred, once (else std::logic_error): statistics count from
-  // the current time on. The largest forces of particles (ParticleState::peak_normal_force) start
-  // again from 0. A contact that is under way begins with the next step.
+  // Of a model with StatisticsOptions::deferred, once (else std::logic_error): statistics count
+  // from the current time on. The largest forces of particles (ParticleState::peak_normal_force)
+  // start again from 0. A contact that is under way begins with the next step.
   void start_statistics();
   // Contacts that have ended since the last call, in order of their ends, and open_events(): open
   // contacts, in order of their starts, with any force. Empty unless the statistics of the model
