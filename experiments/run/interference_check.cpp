@@ -181,7 +181,7 @@ class BoundaryPairs {
         const ConvexPart& other = b.parts[k];
         if (far(of_b.parts[k], center, part) || far(of_a.parts[i], b_in_a * other.center, other))
           continue;
-        if (const auto overlap = part_overlap(part, other, b_in_a, kTouch)) return overlap;
+        if (auto overlap = part_overlap(part, other, b_in_a, kTouch)) return overlap;
       }
     }
     return std::nullopt;

@@ -69,6 +69,7 @@ int first_stage_of(const TomlTable& t, const std::vector<Stage>& stages) {
   const auto it = std::ranges::find(stages, name, &Stage::name);
   if (it != stages.end()) return static_cast<int>(it - stages.begin());
   std::vector<std::string> names;
+  names.reserve(stages.size());
   for (const Stage& stage : stages) names.push_back(fmt::format("\"{}\"", stage.name));
   t.fail("from_stage", fmt::format("\"{}\" is no stage of the case; expected {}", name,
                                    names.empty() ? "none, as it has no [[stages]]"
