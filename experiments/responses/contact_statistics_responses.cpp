@@ -84,7 +84,8 @@ void add_triangles(const Recording& recording, std::vector<Response>& out) {
 }  // namespace
 
 bool statistics_began(const Recording& recording, const Case& c) {
-  return c.statistics_stage < static_cast<int>(recording.stages().size());
+  return c.statistics_stage < 0 ||
+         static_cast<std::size_t>(c.statistics_stage) < recording.stages().size();
 }
 
 std::vector<Response> statistics_responses(const Recording& recording, const Case& c) {

@@ -157,9 +157,8 @@ void add_columns(const std::vector<TagRule>& rules, const std::vector<int>& tag,
 }
 
 // `passed`: s, of each particle; NaN: not yet.
-void add_since_stages(const Recording& recording, const std::vector<Stage>& stages,
+void add_since_stages(const std::vector<Stage>& stages, const std::vector<StageRecord>& begun,
                       const std::vector<double>& passed, const std::string& name, Out& out) {
-  const std::vector<StageRecord> begun = recording.stages();
   for (std::size_t k = 1; k < stages.size(); ++k) {
     double count = kUndefined;
     if (k < begun.size())
@@ -171,7 +170,8 @@ void add_since_stages(const Recording& recording, const std::vector<Stage>& stag
   }
 }
 
-void add_sensor(const Recording& recording, const Sensor& sensor, const Case& c, Out& out) {
+void add_sensor(const Recording& recording, const std::vector<StageRecord>& stages,
+                const Sensor& sensor, const Case& c, Out& out) {
   const std::vector<double> passed = recording.sensor_time(sensor.name),
                             inserted = recording.insert_time(), mass = recording.mass();
   std::vector<int> batch = recording.batch(), tag = recording.tag();
@@ -194,7 +194,7 @@ void add_sensor(const Recording& recording, const Sensor& sensor, const Case& c,
   const std::string name = sensor.name + "_";
   out.add(name + "count", {static_cast<double>(times.size())}, "1",
           "particles whose center has passed the sensor");
-  add_since_stages(recording, c.stages, passed, name, out);
+  add_since_stages(c.stages, stages, passed, name, out);
   out.add(name + "mass", {total}, "kg", "mass of the particles whose center has passed the sensor");
   if (!times.empty()) {
     const auto [first, last] = std::ranges::minmax(times);
@@ -311,7 +311,8 @@ std::vector<Response> process_responses(const Recording& recording, const Case& 
   Out out;
   if (c.sensors.empty() && c.limit_switches.empty() && c.inlets.empty() && c.model.frames.empty())
     return {};
-  for (const StageRecord& stage : recording.stages()) {
+  const std::vector<StageRecord> stages = recording.stages();
+  for (const StageRecord& stage : stages) {
     if (!std::isfinite(stage.end)) continue;
     const double duration = stage.end - stage.start;
     out.add("duration_" + stage.name, {duration}, "s", "duration of the stage");
@@ -346,7 +347,7 @@ std::vector<Response> process_responses(const Recording& recording, const Case& 
             "inserted batches of which no particle is in its place any more at the end");
   }
   add_loads(recording, inserted, statistics_began(recording, c), out);
-  for (const Sensor& sensor : c.sensors) add_sensor(recording, sensor, c, out);
+  for (const Sensor& sensor : c.sensors) add_sensor(recording, stages, sensor, c, out);
   for (const MotionFrame& frame : c.model.frames) add_frame(recording, frame, out);
   for (const Coupling& coupling : c.model.couplings)
     add_coupling_friction(recording, coupling, out);

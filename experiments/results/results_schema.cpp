@@ -21,8 +21,7 @@ constexpr Dataset kDatasets[] = {
      "as the case gives it, or the last tag rule"},
     {"/particles/peak_normal_force", always, "", real, "N", "N", R::non_negative, "",
      "largest contact normal force over every step, not over frames; from the begin of the stage "
-     "that "
-     "`[statistics] from_stage` names"},
+     "that `[statistics] from_stage` names"},
     {"/particles/exit_time", always, "", real, "N", "s", R::non_negative_or_nan, "",
      "when an outlet removed the particle; NaN: never"},
     {"/particles/discharge_time", always, "", real, "N", "s", R::non_negative_or_nan, "",

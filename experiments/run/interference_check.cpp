@@ -426,6 +426,8 @@ void check_particles_in_boundaries(const Case& c) {
 bool overlap_deeper(const Shape& a, const Shape& b, const Pose& b_in_a, double depth) {
   return std::ranges::any_of(a.parts, [&](const ConvexPart& mine) {
     return std::ranges::any_of(b.parts, [&](const ConvexPart& other) {
+      const double apart = (mine.center - b_in_a * other.center).norm();
+      if (apart > mine.bounding_radius + other.bounding_radius - depth) return false;
       return part_overlap(mine, other, b_in_a, depth).has_value();
     });
   });

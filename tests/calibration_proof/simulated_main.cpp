@@ -124,8 +124,7 @@ int run(const SimulatedProblem& problem, int first, int studies, const std::stri
   fmt::ostream csv = fmt::output_file((std::filesystem::path(folder) / "studies.csv").string());
   csv.print(
       "study,verdict,truth,denser,intervals,combination_z,reported_z,measured_z,fitted_z,runs,"
-      "arched,failed,"
-      "wall_s\n");
+      "arched,failed,wall_s\n");
   for (int s = first; s < first + studies; ++s) {
     const auto v = all.study(s);
     if (!v) {
