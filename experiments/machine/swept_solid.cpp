@@ -16,7 +16,7 @@ using Loop = std::vector<int>;
 // Nearer than this (of the figure's size) is the same point, or on the line.
 constexpr double kSame = 1e-9;
 
-double size_of(const std::vector<Point2>& points) {
+double extent_of(const std::vector<Point2>& points) {
   double size = 0;
   for (const Point2& p : points) size = std::max(size, p.cwiseAbs().maxCoeff());
   return size;
@@ -220,7 +220,7 @@ bool covered(const std::vector<ConvexPart>& parts, std::size_t own, const Convex
 }  // namespace
 
 int Section::point(const Point2& p) {
-  const double same = kSame * std::max(size_of(points_), p.cwiseAbs().maxCoeff());
+  const double same = kSame * std::max(extent_of(points_), p.cwiseAbs().maxCoeff());
   for (std::size_t i = 0; i < points_.size(); ++i) {
     if ((points_[i] - p).norm() <= same) return static_cast<int>(i);
   }
@@ -239,7 +239,7 @@ int Section::add(const std::vector<Point2>& corners) {
 }
 
 std::vector<Loop> Section::split_loops() const {
-  const double near = kSame * size_of(points_);
+  const double near = kSame * extent_of(points_);
   std::vector<Loop> loops;
   for (const Loop& polygon : polygons_) {
     Loop loop;

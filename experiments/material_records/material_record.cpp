@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -84,14 +84,14 @@ std::vector<double> draw_gaussian(const MaterialRecord& record, std::uint64_t k)
   for (Eigen::Index i = 0; i < n; ++i)
     for (Eigen::Index j = 0; j < n; ++j)
       covariance(i, j) = f.covariance[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)];
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
-  const Eigen::VectorXd spread = eigen.eigenvalues().cwiseMax(0).cwiseSqrt();
+  const SymmetricEigen eigen = symmetric_eigen(covariance);
+  const Eigen::VectorXd spread = eigen.values.cwiseMax(0).cwiseSqrt();
   constexpr int tries = 10000;
   std::uint64_t counter = mix(k);
   for (int t = 0; t < tries; ++t) {
     Eigen::VectorXd z(n);
     for (Eigen::Index i = 0; i < n; ++i) z[i] = normal_pair(counter++).first * spread[i];
-    const Eigen::VectorXd departure = eigen.eigenvectors() * z;
+    const Eigen::VectorXd departure = eigen.vectors * z;
     std::vector<double> values;
     bool inside = true;
     for (std::size_t i = 0; i < f.axes.size(); ++i) {

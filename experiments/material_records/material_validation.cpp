@@ -1,7 +1,7 @@
 // What a material record must hold before it is kept.
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -113,7 +113,7 @@ void check_covariance(const std::string& field, const std::vector<std::vector<do
   }
   if (m != m.transpose()) refuse(field, "is not symmetric; expected a covariance");
   const double largest = m.cwiseAbs().maxCoeff();
-  if (Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(m).eigenvalues().minCoeff() < -1e-9 * largest)
+  if (symmetric_eigenvalues(m).minCoeff() < -1e-9 * largest)
     refuse(field, "has a negative variance in some direction; expected a covariance");
 }
 

@@ -256,7 +256,7 @@ void put_little_endian(std::string& bytes, std::uint32_t value) {
   for (int i = 0; i < 4; ++i) bytes += static_cast<char>(value >> 8 * i & 0xff);
 }
 
-void put(std::string& bytes, const Vec3& v) {
+void append(std::string& bytes, const Vec3& v) {
   for (int k = 0; k < 3; ++k) {
     put_little_endian(bytes, std::bit_cast<std::uint32_t>(static_cast<float>(v(k))));
   }
@@ -292,8 +292,8 @@ void write_stl(const std::string& file, const TriangleMesh& mesh, double length_
   put_little_endian(bytes, static_cast<std::uint32_t>(mesh.triangles.size()));
   for (const auto& [a, b, c] : mesh.triangles) {
     const Vec3 &p = mesh.vertices[a], &q = mesh.vertices[b], &r = mesh.vertices[c];
-    put(bytes, (q - p).cross(r - p).normalized());
-    for (const Vec3& corner : {p, q, r}) put(bytes, corner / length_unit);
+    append(bytes, (q - p).cross(r - p).normalized());
+    for (const Vec3& corner : {p, q, r}) append(bytes, corner / length_unit);
     bytes.append(2, '\0');
   }
   write_file(file, bytes);

@@ -39,7 +39,7 @@ bool is_convex(const TriangleMesh& mesh) {
   });
 }
 
-void check(const MeshDefects& found) {
+void refuse_defects(const MeshDefects& found) {
   MeshDefects fatal;
   fatal.flipped_edges = found.flipped_edges;
   fatal.degenerate = found.degenerate;
@@ -345,7 +345,7 @@ ConvexPart prism(const TriangleMesh& mesh, const Facet& facet, const std::vector
 
 std::vector<ConvexPart> wall_solids(const TriangleMesh& mesh, double thickness) {
   const MeshDefects defects = inspect(mesh);
-  check(defects);
+  refuse_defects(defects);
   if (defects.is_valid() && is_convex(mesh)) {
     return {convex_part(convex_hull(mesh.vertices), 0)};
   }

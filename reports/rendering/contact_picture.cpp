@@ -190,7 +190,7 @@ class ContactScene {
     const double radius = std::min(size_ * (0.012 + 0.022 * std::sqrt(size / most_)), long_one / 6);
     meshes_.push_back(arrow(long_one, radius));
     Pose p;
-    p.rotation = Quat::FromTwoVectors(Vec3::UnitZ(), force / size).toRotationMatrix();
+    p.rotation = shortest_rotation(Vec3::UnitZ(), force / size).toRotationMatrix();
     p.translation = tip;
     arrows_.push_back({{&meshes_.back(), p}, color, false});
   }

@@ -149,8 +149,7 @@ double highest_frequency(const BeamLaw& law, const Bond& bond, const Shape& a,
   root << k.linear.cwiseSqrt(), k.angular.cwiseSqrt();
   const Mat6 m = root.asDiagonal() * mobility(law, bond, a, mass_fraction_a, b, mass_fraction_b) *
                  root.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Mat6> solver(m, Eigen::EigenvaluesOnly);
-  return std::sqrt(solver.eigenvalues().maxCoeff());
+  return std::sqrt(symmetric_eigenvalues(m).maxCoeff());
 }
 
 BeamPose pose_of(const BeamLaw& law, const Bond& bond, const BodyInMotion& a,

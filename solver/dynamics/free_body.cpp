@@ -82,14 +82,13 @@ Matrix response(const FreeBody& body, const Matrix& mass, double h) {
   // In the axes of the damped modes, (1 - exp(-h c)) / (h c) for each.
   const Eigen::LLT<Matrix> llt(mass);
   const Matrix lower = llt.matrixL().solve(Matrix(Matrix::Identity(n, n)));
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(
-      Eigen::MatrixXd(lower * damping.asDiagonal() * lower.transpose()));
+  const SymmetricEigen modes = symmetric_eigen(lower * damping.asDiagonal() * lower.transpose());
   Vector gain(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const double z = h * std::max(0.0, modes.eigenvalues()[i]);
+    const double z = h * std::max(0.0, modes.values[i]);
     gain[i] = z < 1e-8 ? 1 - 0.5 * z : -std::expm1(-z) / z;
   }
-  const Matrix to_rates = lower.transpose() * modes.eigenvectors();
+  const Matrix to_rates = lower.transpose() * modes.vectors;
   return to_rates * gain.asDiagonal() * to_rates.transpose();
 }
 
@@ -390,8 +389,7 @@ double highest_frequency(const FreeBody& body, const Vec3& origin) {
     root[static_cast<Eigen::Index>(k)] = std::sqrt(body.joints[k].stiffness);
   if (root.isZero(0)) return 0;
   const Eigen::MatrixXd squares = root.asDiagonal() * mass.inverse() * root.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(squares, Eigen::EigenvaluesOnly);
-  return std::sqrt(std::max(0.0, modes.eigenvalues().maxCoeff()));
+  return std::sqrt(std::max(0.0, symmetric_eigenvalues(squares).maxCoeff()));
 }
 
 double min_effective_mass(const FreeBody& body, const Vec3& origin, const Vec3& arm) {

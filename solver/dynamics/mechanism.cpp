@@ -573,8 +573,7 @@ double Mechanism::highest_frequency() const {
   impl_->tree.set_orientations(std::vector<Quat>(impl_->frames.size(), Quat::Identity()));
   impl_->tree.place(zero, zero);
   const MatrixXd squares = root.asDiagonal() * impl_->mass_matrix().inverse() * root.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> modes(squares, Eigen::EigenvaluesOnly);
-  return std::sqrt(std::max(0.0, modes.eigenvalues().maxCoeff()));
+  return std::sqrt(std::max(0.0, symmetric_eigenvalues(squares).maxCoeff()));
 }
 
 }  // namespace firn

@@ -28,6 +28,20 @@ struct Pose {
   Vec3 operator*(const Vec3& p) const { return rotation * p + translation; }
 };
 
+// The shortest rotation that takes the direction `from` to the direction `to`; neither is zero.
+// Eigen's FromTwoVectors compiles a singular value decomposition in each source that calls it.
+Quat shortest_rotation(const Vec3& from, const Vec3& to);
+
+struct SymmetricEigen {
+  Eigen::VectorXd values;   // ascending
+  Eigen::MatrixXd vectors;  // orthonormal columns, in the order of the values
+};
+
+// Of the lower triangle of a square matrix of finite numbers. Eigen's solver for matrices of a size
+// that is known at run time takes seconds to compile in each source that calls it.
+SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& matrix);
+Eigen::VectorXd symmetric_eigenvalues(const Eigen::MatrixXd& matrix);
+
 // Replaces control characters by spaces. Messages quote the content of files, which may have any
 // characters.
 inline std::string one_line(std::string text) {

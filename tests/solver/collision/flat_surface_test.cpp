@@ -226,7 +226,7 @@ TEST(FlatSurface, APlaneABoxAndACutFloorHaveTheSamePoints) {
                                             .normal;
     const Mat3 turn =
         Eigen::AngleAxisd(random.uniform(-0.1, 0.1), random.direction()).toRotationMatrix() *
-        Quat::FromTwoVectors(down, Vec3(-Vec3::UnitZ())).toRotationMatrix();
+        shortest_rotation(down, -Vec3::UnitZ()).toRotationMatrix();
     double lowest = 0;
     for (int i = 0; i < part.vertex_count; ++i)
       lowest = std::min(lowest, (turn * part.vertex(i)).z() - part.radius);
@@ -332,7 +332,7 @@ TEST(FlatSurface, ContactsAtBordersKeepTheirDepth) {
             .normal;
     const Mat3 tilted =
         Eigen::AngleAxisd(random.uniform(-0.5, 0.5), random.direction()).toRotationMatrix() *
-        Quat::FromTwoVectors(down, Vec3(-Vec3::UnitZ())).toRotationMatrix();
+        shortest_rotation(down, -Vec3::UnitZ()).toRotationMatrix();
     const Mat3 turn = member % 4 == 0 ? random.rotation() : tilted;
     // Moved along the normal of the nearest part until they overlap by so much.
     const double depth = random.uniform(0, member % 2 == 0 ? 5e-6 : 50e-6);

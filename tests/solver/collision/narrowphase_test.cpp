@@ -180,7 +180,7 @@ TEST(Collide, EdgeOnFaceIsASegment) {
 TEST(Collide, CornerOnFaceIsAPoint) {
   const ConvexPart a = box({10e-3, 10e-3, 5e-3}, 1e-3), b = box({4e-3, 4e-3, 4e-3}, 1e-3);
   // The diagonal of B upright: its core's corner is sqrt(3) * 3 mm below the center.
-  const Mat3 upright = Quat::FromTwoVectors(Vec3(1, 1, 1), Vec3::UnitZ()).toRotationMatrix();
+  const Mat3 upright = shortest_rotation(Vec3(1, 1, 1), Vec3::UnitZ()).toRotationMatrix();
   const double height = 5e-3 + std::sqrt(3) * 3e-3 + 1e-3 - 4e-6;
   const Manifold m = meet(a, b, at({2e-3, 1e-3, height}, upright));
   EXPECT_NEAR(m.gap, -4e-6, kTiny);
@@ -404,7 +404,7 @@ TEST(Collide, SlabsAddUpToTheWholeFace) {
 
 TEST(Collide, CornerNextToASeamTouchesOnlyItsOwnSlab) {
   const Vec3 half(12e-3, 8e-3, 5e-3);
-  const Mat3 upright = Quat::FromTwoVectors(Vec3(1, 1, 1), Vec3::UnitZ()).toRotationMatrix();
+  const Mat3 upright = shortest_rotation(Vec3(1, 1, 1), Vec3::UnitZ()).toRotationMatrix();
   const ConvexPart b = box({4e-3, 4e-3, 4e-3}, 1e-3);
   const double height = 5e-3 + std::sqrt(3) * 3e-3 + 1e-3 - 10e-6;
   for (const double x : {-50e-6, -5e-6, -1e-9, 1e-9, 5e-6, 50e-6}) {

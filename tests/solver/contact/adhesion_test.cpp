@@ -143,7 +143,7 @@ TEST(Adhesion, InclineHoldsByFrictionOfThePulledContact) {
     model.timestep = 2e-5;
     Solver solver(model);
     const double pressed = (kWeight * std::cos(angle) + share * force) / kStiffness;
-    solver.insert(0, (kRadius - pressed) * normal, Quat::FromTwoVectors(Vec3::UnitZ(), normal),
+    solver.insert(0, (kRadius - pressed) * normal, shortest_rotation(Vec3::UnitZ(), normal),
                   Vec3::Zero(), Vec3::Zero());
     scenes::run(solver, 0.5);
     const double way = (solver.particles().position[0] - kRadius * normal).norm();

@@ -339,7 +339,7 @@ double rebound(const Vec3& down, double restitution) {
   model.gravity.setZero();
   model.timestep = 5e-6;
   Solver solver(model);
-  const Quat turn = Quat::FromTwoVectors(down, -Vec3::UnitZ());
+  const Quat turn = shortest_rotation(down, -Vec3::UnitZ());
   double lowest = 0;
   for (const Vec3& vertex : shape.mesh.vertices)
     lowest = std::min(lowest, (turn * (vertex - shape.centroid)).z());

@@ -44,7 +44,7 @@ const std::vector<std::pair<std::string, Quat>>& postures() {
   static const std::vector<std::pair<std::string, Quat>> all = {
       {"flat", Quat::Identity()},
       {"on an edge", Quat(Eigen::AngleAxisd(45 * kDegToRad, Vec3::UnitX()))},
-      {"on a corner", Quat::FromTwoVectors(Vec3(1, 1, 1), Vec3(0.1, 0.05, -1))},
+      {"on a corner", shortest_rotation(Vec3(1, 1, 1), Vec3(0.1, 0.05, -1))},
       {"tilted by 0.1 degrees",
        Quat(Eigen::AngleAxisd(0.1 * kDegToRad, Vec3(1, 0.3, 0).normalized()))}};
   return all;
@@ -82,7 +82,7 @@ std::vector<std::pair<std::string, Quat>> crescent_postures() {
   const double draft = CrescentParameters{}.draft;
   return {{"on its rim", Quat(Eigen::AngleAxisd(std::numbers::pi, Vec3::UnitX()))},
           {"on its side",
-           Quat::FromTwoVectors(Vec3(0, std::cos(draft), -std::sin(draft)), -Vec3::UnitZ())},
+           shortest_rotation(Vec3(0, std::cos(draft), -std::sin(draft)), -Vec3::UnitZ())},
           {"on its bottom", Quat::Identity()}};
 }
 

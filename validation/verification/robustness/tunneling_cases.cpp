@@ -229,8 +229,7 @@ double entry_impulse(const Shape& cube, const Boundary& wall, double speed, cons
   model.boundaries = {wall};
   model.gravity.setZero();
   model.timestep = advise_timestep(model, 10).timestep;
-  const Quat turn =
-      Quat::FromTwoVectors(Vec3(1, 1, 1).normalized(), Vec3(0.1, 0.2, -1).normalized());
+  const Quat turn = shortest_rotation(Vec3(1, 1, 1).normalized(), Vec3(0.1, 0.2, -1).normalized());
   const Vec3 corner = turn * Vec3::Constant(10e-3);
   const Vec3 direction = Eigen::AngleAxisd(aim.azimuth, Vec3::UnitZ()) *
                          Vec3(std::sin(aim.angle), 0, -std::cos(aim.angle));
