@@ -10,6 +10,7 @@
 #include <optional>
 #include <regex>
 #include <set>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -221,10 +222,26 @@ bool is_unity(const std::string& folder) {
   return libraries.contains(folder.substr(0, folder.find('/')));
 }
 
-// The folder whose unit has the sources of a folder: of experiments with all folders in it.
-std::string unit_folder(const std::string& folder) {
+// Folders after JOIN in the call of firn_unity of a library; "." is the library's own.
+std::set<std::string> joined_folders(const std::string& library) {
+  const std::string text = read_text(fs::path(FIRN_SOURCE_DIR) / library / "CMakeLists.txt");
+  static const std::regex call(R"(firn_unity\(firn(?:_\w+)?[^)]*\bJOIN\s+([^)]*)\))");
+  std::set<std::string> folders;
+  std::smatch found;
+  if (!std::regex_search(text, found, call)) return folders;
+  std::istringstream words(found[1]);
+  for (std::string word; words >> word;)
+    folders.insert(word == "." ? library : library + "/" + word);
+  return folders;
+}
+
+// The folder whose unit has the sources of a folder: of experiments with all folders in it, and one
+// for all joined folders.
+std::string unit_folder(std::string folder) {
   const std::string top = "experiments/";
-  return folder.starts_with(top) ? folder.substr(0, folder.find('/', top.size())) : folder;
+  if (folder.starts_with(top)) folder = folder.substr(0, folder.find('/', top.size()));
+  const std::string library = folder.substr(0, folder.find('/'));
+  return joined_folders(library).contains(folder) ? library + " joined" : folder;
 }
 
 TEST(HelperNames, FunctionsAreRead) {
@@ -290,6 +307,9 @@ TEST(HelperNames, AreUniqueInAFolder) {
   std::vector<SourceFile> files = sources();
   std::erase_if(files, [](const SourceFile& f) { return !is_unity(f.folder); });
   for (SourceFile& file : files) file.folder = unit_folder(file.folder);
+  EXPECT_EQ(unit_folder("solver/state"), unit_folder("solver"));
+  EXPECT_EQ(unit_folder("experiments/run"), unit_folder("experiments/storage"));
+  EXPECT_EQ(unit_folder("solver/step"), "solver/step");
   EXPECT_GT(files.size(), 300u);
   for (const std::string& one : names_shared_in_a_folder(files)) ADD_FAILURE() << one;
   std::vector<SourceFile> two = {{"app", "a.cpp", "namespace { int f(int a, int b = 2) {} }"},
