@@ -308,7 +308,7 @@ TEST(HelperNames, AreUniqueInAFolder) {
   std::erase_if(files, [](const SourceFile& f) { return !is_unity(f.folder); });
   for (SourceFile& file : files) file.folder = unit_folder(file.folder);
   EXPECT_EQ(unit_folder("solver/state"), unit_folder("solver"));
-  EXPECT_EQ(unit_folder("experiments/run"), unit_folder("experiments/storage"));
+  EXPECT_EQ(unit_folder("experiments/run"), unit_folder("experiments/analysis"));
   EXPECT_EQ(unit_folder("solver/step"), "solver/step");
   EXPECT_GT(files.size(), 300u);
   for (const std::string& one : names_shared_in_a_folder(files)) ADD_FAILURE() << one;
