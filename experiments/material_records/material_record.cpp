@@ -14,6 +14,7 @@
 #include "experiments/material_records/material_names.h"
 #include "experiments/text/toml_aliases.h"
 #include "firn/contact_model.h"
+#include "firn/math.h"
 
 namespace firn {
 namespace {

@@ -10,6 +10,7 @@
 #include "experiments/material_records/material_names.h"
 #include "experiments/material_records/material_record.h"
 #include "experiments/system/text_encoding.h"
+#include "firn/math.h"
 
 namespace firn {
 namespace {

@@ -48,14 +48,10 @@ double curvature(const std::vector<double>& x, const std::vector<double>& y) {
   const auto n = static_cast<Eigen::Index>(x.size());
   const double middle = (x.front() + x.back()) / 2, half = (x.back() - x.front()) / 2;
   const Eigen::ArrayXd u = (Eigen::Map<const Eigen::ArrayXd>(x.data(), n) - middle) / half;
-  Mat3 squares = Mat3::Zero();
-  Vec3 products = Vec3::Zero();
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const Vec3 powers(1, u[i], u[i] * u[i]);
-    squares += powers * powers.transpose();
-    products += y[static_cast<std::size_t>(i)] * powers;
-  }
-  const Vec3 fit = squares.inverse() * products;  // u is within -1 and 1
+  Eigen::MatrixXd powers(n, 3);
+  powers << Eigen::ArrayXd::Ones(n), u, u.square();
+  const Eigen::Vector3d fit =
+      powers.colPivHouseholderQr().solve(Eigen::Map<const Eigen::VectorXd>(y.data(), n));
   return 2 * fit[2] / (half * half);
 }
 

@@ -223,10 +223,13 @@ bool is_unity(const std::string& folder) {
 }
 
 // Folders after JOIN in the call of firn_unity of a library; "." is the library's own.
-std::set<std::string> joined_folders(const std::string& library) {
+const std::set<std::string>& joined_folders(const std::string& library) {
+  static std::map<std::string, std::set<std::string>> known;
+  const auto [entry, is_new] = known.try_emplace(library);
+  std::set<std::string>& folders = entry->second;
+  if (!is_new) return folders;
   const std::string text = read_text(fs::path(FIRN_SOURCE_DIR) / library / "CMakeLists.txt");
   static const std::regex call(R"(firn_unity\(firn(?:_\w+)?[^)]*\bJOIN\s+([^)]*)\))");
-  std::set<std::string> folders;
   std::smatch found;
   if (!std::regex_search(text, found, call)) return folders;
   std::istringstream words(found[1]);

@@ -3,27 +3,19 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
+#include "tests/solver/collision/brute_force_distance.h"
 
 namespace firn {
 namespace {
 
-Vec3 random_direction(std::mt19937& gen) {
-  std::normal_distribution<double> normal;
-  Vec3 v;
-  do v = {normal(gen), normal(gen), normal(gen)};
-  while (v.norm() < 1e-3);
-  return v;
-}
-
 TEST(Math, ShortestRotationTakesOneDirectionToTheOther) {
-  std::mt19937 gen(5);
+  testing::Random random(5);
   for (int k = 0; k < 1000; ++k) {
-    const Vec3 from = random_direction(gen);
-    Vec3 to = random_direction(gen);
-    if (k % 4 == 1) to = -3 * from;                                  // half a turn
-    if (k % 4 == 2) to = -from + 1e-7 * random_direction(gen);       // nearly
-    if (k % 4 == 3) to = 0.1 * from + 1e-9 * random_direction(gen);  // hardly any turn
+    const Vec3 from = random.direction();
+    Vec3 to = random.direction();
+    if (k % 4 == 1) to = -3 * from;                               // half a turn
+    if (k % 4 == 2) to = -from + 1e-7 * random.direction();       // nearly
+    if (k % 4 == 3) to = 0.1 * from + 1e-9 * random.direction();  // hardly any turn
     const Quat q = shortest_rotation(from, to);
     EXPECT_NEAR(q.norm(), 1, 1e-9);
     EXPECT_LT((q.normalized() * from.normalized() - to.normalized()).norm(), 1e-6);
@@ -33,10 +25,10 @@ TEST(Math, ShortestRotationTakesOneDirectionToTheOther) {
 }
 
 TEST(Math, SymmetricEigenvaluesMeetTheirDefinition) {
-  std::mt19937 gen(6);
-  std::normal_distribution<double> normal;
+  testing::Random random(6);
   for (int n = 1; n <= 12; ++n) {
-    const Eigen::MatrixXd any = Eigen::MatrixXd::NullaryExpr(n, n, [&] { return normal(gen); });
+    const Eigen::MatrixXd any =
+        Eigen::MatrixXd::NullaryExpr(n, n, [&] { return random.uniform(-2, 2); });
     const Eigen::MatrixXd m = any + any.transpose();
     const SymmetricEigen e = symmetric_eigen(m);
     EXPECT_LT((m * e.vectors - e.vectors * e.values.asDiagonal()).norm(), 1e-12 * n * n);
