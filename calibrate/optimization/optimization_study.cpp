@@ -111,9 +111,12 @@ OptimizationStudy read_optimization(const std::string& file) {
                                       "as each seed takes another draw",
                                       study.drawn_material));
   read_design_parameters(root, study);
-  study.experiments.push_back({"", case_path(head, file, "optimization"), read_case_overrides(head),
-                               std::vector<bool>(study.parameters.size(), true)});
-  study.experiments.back().place = head.place("set");
+  Experiment experiment{"",
+                        case_path(head, file, "optimization"),
+                        {},
+                        std::vector<bool>(study.parameters.size(), true)};
+  experiment.set = read_case_overrides(head, &experiment.set_places);
+  study.experiments.push_back(std::move(experiment));
   read_objective(head, o);
   for (const TomlTable& t : root.tables("limits")) o.limits.push_back(read_limit(t, o));
   read_compare(root, study);

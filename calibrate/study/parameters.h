@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "experiments/system/value_place.h"
+
 namespace firn {
 
 // One unknown, bound to one or more case keys that always take the same value.
@@ -18,7 +20,7 @@ struct Parameter {
   bool integer = false;  // runs get whole numbers; models are continuous between them
   // Gaussian prior in the unit of the parameter, truncated to the range.
   std::optional<double> prior_mean, prior_sd;
-  std::string place = {};  // "FILE:LINE: KEY" of `keys` in the study file, for messages
+  std::vector<ValuePlace> key_places = {};  // [keys] for messages
 
   // The value, or its logarithm.
   double scaled(double value) const;
@@ -42,11 +44,11 @@ struct Parameter {
 // All of its keys take the same value.
 struct ChoiceParameter {
   std::string name;
-  std::vector<std::string> keys;    // TOML paths in the case
-  std::vector<std::string> labels;  // of the choices, for people
-  std::vector<std::string> values;  // of the choices, TOML texts
-  std::vector<double> prior;        // probabilities; add up to 1
-  std::string place = {};           // as of a Parameter
+  std::vector<std::string> keys;                               // TOML paths in the case
+  std::vector<std::string> labels;                             // of the choices, for people
+  std::vector<std::string> values;                             // of the choices, TOML texts
+  std::vector<double> prior;                                   // probabilities; add up to 1
+  std::vector<ValuePlace> key_places = {}, value_places = {};  // [keys], [values] for messages
 };
 
 Eigen::VectorXd to_unit(const std::vector<Parameter>& parameters,

@@ -48,7 +48,7 @@ Parameter read_parameter(const TomlTable& t) {
   Parameter p;
   p.name = valid_name(t);
   p.keys = read_bound_keys(t);
-  p.place = t.place("keys");
+  p.key_places = t.element_places("keys");
   const StatedQuantity min = read_stated_quantity(t, "min"), max = read_stated_quantity(t, "max");
   p.min = min.value;
   p.max = max.value;
@@ -119,8 +119,9 @@ ChoiceParameter read_choice(const TomlTable& t) {
   ChoiceParameter c;
   c.name = valid_name(t);
   c.keys = read_bound_keys(t);
-  c.place = t.place("keys");
+  c.key_places = t.element_places("keys");
   c.values = t.value_texts("choices");
+  c.value_places = t.element_places("choices");
   if (c.values.size() < 2 || c.values.size() > most)
     t.fail("choices", fmt::format("has {} entries; expected 2 to {}, each of which gets separate "
                                   "runs",

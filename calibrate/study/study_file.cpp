@@ -18,10 +18,13 @@ namespace firn {
 namespace {
 
 // Of a program, whose inputs have the user's names.
-std::vector<Override> read_program_inputs(const TomlTable& t) {
+std::vector<Override> read_program_inputs(const TomlTable& t, std::vector<ValuePlace>& places) {
   std::vector<Override> set;
   const TomlTable values = t.required_table("set");
-  for (const std::string& key : values.keys()) set.emplace_back(key, values.value_text(key));
+  for (const std::string& key : values.keys()) {
+    set.emplace_back(key, values.value_text(key));
+    places.push_back(values.value_place(key));
+  }
   return set;
 }
 
@@ -71,8 +74,9 @@ Experiment read_experiment(const TomlTable& t, const Study& study, Programs prog
     t.allow({"name", "case", "set", "parameters"});
     e.case_file = case_path(t, study.source, "study");
   }
-  if (t.has("set")) e.set = e.program ? read_program_inputs(t) : read_case_overrides(t);
-  e.place = t.place("set");
+  if (t.has("set"))
+    e.set =
+        e.program ? read_program_inputs(t, e.set_places) : read_case_overrides(t, &e.set_places);
   read_takes(t, study, e);
   if (!e.program) return e;
   std::vector<std::string> names;
@@ -122,31 +126,34 @@ void read_experiments(const TomlTable& root, const TomlTable& head, Study& study
                                          study.choice->name));
 }
 
-// What a table sets in the experiments, or in the one that it names. A program takes only what
-// its experiment sets as well.
-std::vector<Override> read_changes(const TomlTable& t, const Study& study,
-                                   std::optional<std::size_t>& only) {
-  std::vector<Override> changes = read_program_inputs(t);
-  if (t.has("experiment")) only = named_experiment(t, study);
-  for (std::size_t e = 0; e < study.experiments.size(); ++e) {
-    const Experiment& experiment = study.experiments[e];
-    if (!experiment.program || (only && *only != e)) continue;
-    for (const Override& change : changes)
+// `changes.set`: what a table sets in the experiments, or in the one that it names. A program takes
+// only what its experiment sets as well.
+template <class Changes>
+void read_changes(const TomlTable& t, const Study& study, Changes& changes) {
+  if (t.has("experiment")) changes.only = named_experiment(t, study);
+  std::vector<const Experiment*> programs;
+  for (std::size_t e = 0; e < study.experiments.size(); ++e)
+    if (study.experiments[e].program && changes.only.value_or(e) == e)
+      programs.push_back(&study.experiments[e]);
+  t.required_table("set");
+  changes.set = programs.empty() ? read_case_overrides(t, &changes.set_places)
+                                 : read_program_inputs(t, changes.set_places);
+  for (const Experiment* program : programs) {
+    const Experiment& experiment = *program;
+    for (const Override& change : changes.set)
       if (std::none_of(experiment.set.begin(), experiment.set.end(),
                        [&](const Override& o) { return o.first == change.first; }))
         t.fail("set", fmt::format("\"{}\" is not a key of `set` of the experiment \"{}\"; expected "
                                   "one, or another `experiment`",
                                   change.first, experiment.name));
   }
-  return changes;
 }
 
 void read_numerics(const TomlTable& root, Study& study) {
   for (const TomlTable& t : root.tables("numerics")) {
     t.allow({"name", "set", "experiment"});
     NumericsCheck check{t.string("name"), {}, {}};
-    check.set = read_changes(t, study, check.only);
-    check.place = t.place("set");
+    read_changes(t, study, check);
     study.numerics.push_back(std::move(check));
   }
 }
@@ -155,8 +162,7 @@ void read_low_fidelity(const TomlTable& root, Study& study) {
   const TomlTable t = root.required_table("low_fidelity");
   t.allow({"set", "experiment", "pairs"});
   LowFidelity low;
-  low.set = read_changes(t, study, low.only);
-  low.place = t.place("set");
+  read_changes(t, study, low);
   if (low.set.empty())
     t.fail("set",
            "is empty; expected the keys that make the case cheaper, such as "

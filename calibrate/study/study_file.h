@@ -16,6 +16,7 @@
 #include "calibrate/study/user_program.h"
 #include "experiments/batch/execution/execution_settings.h"
 #include "experiments/case/case.h"
+#include "experiments/system/value_place.h"
 
 namespace firn {
 
@@ -27,7 +28,7 @@ struct Experiment {
   std::vector<bool> takes;                  // [parameters], which parameters its case has
   std::optional<UserProgram> program = {};  // simulates in place of Firn; there is no case then
   bool takes_choice = true;                 // whether it is given Study::choice, where there is one
-  std::string place = {};                   // "FILE:LINE: KEY" of `set`, for messages
+  std::vector<ValuePlace> set_places = {};  // [set] for messages
   // Whether Firn computes its responses, which then have the names of docs/responses.md.
   bool is_case() const { return !case_file.empty(); }
   // Where its responses come from, for messages.
@@ -82,16 +83,16 @@ struct CompareSet {
 struct NumericsCheck {
   std::string name;
   std::vector<Override> set;
-  std::optional<std::size_t> only;  // experiment; without it, all
-  std::string place = {};           // "FILE:LINE: KEY" of `set`, for messages
+  std::optional<std::size_t> only;          // experiment; without it, all
+  std::vector<ValuePlace> set_places = {};  // [set] for messages
 };
 
 // A cheaper form of the case, which explores the ranges in place of the case itself.
 struct LowFidelity {
   std::vector<Override> set;
-  std::optional<std::size_t> only;  // experiment; without it, all
-  int pairs = 0;                    // points of the design that are simulated in both forms
-  std::string place = {};           // "FILE:LINE: KEY" of `set`, for messages
+  std::optional<std::size_t> only;          // experiment; without it, all
+  int pairs = 0;                            // points of the design that are simulated in both forms
+  std::vector<ValuePlace> set_places = {};  // [set] for messages
   bool applies(std::size_t experiment) const { return !only || *only == experiment; }
 };
 

@@ -224,21 +224,31 @@ std::vector<Point> StudyRuns::reusable(int most_runs) {
 namespace {
 
 // Where the study states a value that it sets in the case of an experiment; empty: nowhere.
-std::string place_of(const Study& study, const Experiment& experiment, const Override& o) {
-  const auto among = [](const std::vector<std::string>& keys, const std::string& key) {
-    return std::find(keys.begin(), keys.end(), key) != keys.end();
+OverridePlace place_of(const Study& study, const Experiment& experiment, const Override& o) {
+  const auto among = [](const std::vector<std::string>& texts, const std::string& text,
+                        const std::vector<ValuePlace>& places) -> const ValuePlace* {
+    const auto found = std::find(texts.begin(), texts.end(), text);
+    if (found == texts.end() || places.empty()) return nullptr;
+    return &places.at(static_cast<std::size_t>(found - texts.begin()));
   };
+  for (std::size_t i = 0; i < study.parameters.size(); ++i) {
+    const Parameter& p = study.parameters[i];
+    if (!experiment.takes[i]) continue;
+    if (const ValuePlace* key = among(p.keys, o.first, p.key_places)) return {*key, *key};
+  }
+  if (const auto& c = study.choice)
+    if (const ValuePlace* key = among(c->keys, o.first, c->key_places)) {
+      const ValuePlace* value = among(c->values, o.second, c->value_places);
+      return {*key, value != nullptr ? *value : *key};
+    }
   const auto sets = [&](const std::vector<Override>& set) {
     return std::find(set.begin(), set.end(), o) != set.end();
   };
-  for (std::size_t i = 0; i < study.parameters.size(); ++i)
-    if (experiment.takes[i] && among(study.parameters[i].keys, o.first))
-      return study.parameters[i].place;
-  if (study.choice && among(study.choice->keys, o.first)) return study.choice->place;
-  if (study.low_fidelity && sets(study.low_fidelity->set)) return study.low_fidelity->place;
+  if (const auto& low = study.low_fidelity; low && sets(low->set))
+    return place_among(low->set, low->set_places, o);
   for (const NumericsCheck& check : study.numerics)
-    if (sets(check.set)) return check.place;
-  return sets(experiment.set) ? experiment.place : "";
+    if (sets(check.set)) return place_among(check.set, check.set_places, o);
+  return place_among(experiment.set, experiment.set_places, o);
 }
 
 }  // namespace

@@ -39,7 +39,25 @@ experiment = "e"
 responses = ["present_mass"]
 )";
 
-const FileWithKey files_with_keys[] = {{"sweep", "vary.a.keys", R"([sweep]
+const std::string study_budget = R"([budget]
+center_replicates = 3
+design_points = 8
+replicates_per_point = 2
+[[targets]]
+response = "peak_normal_force"
+value = "6 N"
+uncertainty = "0.3 N"
+)";
+const std::string study_parameter = R"([[parameters]]
+name = "b"
+keys = ["interactions.ice-ice.restitution"]
+min = 0.1
+max = 0.2
+)";
+const std::string whole_study = "[study]\nname = \"c\"\ncase = \"case.toml\"\n" + study_budget;
+
+const FileWithKey files_with_keys[] = {
+    {"sweep", "vary.a.keys", R"([sweep]
 name = "s"
 case = "case.toml"
 [[vary]]
@@ -51,8 +69,8 @@ name = "a"
 keys = ["interactions.ice-ice.restitution", "KEY"]
 values = [0.1, 0.2]
 )",
-                                        nullptr, "vary.a.values"},
-                                       {"sweep", "sweep.set", R"([sweep]
+     nullptr, "vary.a.values"},
+    {"sweep", "sweep.set", R"([sweep]
 name = "s"
 case = "case.toml"
 set = { "KEY" = 0.1 }
@@ -61,8 +79,8 @@ name = "a"
 keys = ["interactions.ice-ice.restitution"]
 values = [0.1, 0.2]
 )",
-                                        "sweep.set"},
-                                       {"optimize", "parameters.a.keys", R"([optimization]
+     "sweep.set"},
+    {"optimize", "parameters.a.keys", R"([optimization]
 name = "o"
 case = "case.toml"
 maximize = "present_mass"
@@ -75,38 +93,53 @@ keys = ["KEY"]
 min = 0.1
 max = 0.2
 )"},
-                                       {"optimize", "optimization.set", R"([optimization]
+    {"optimize", "optimization.set", R"([optimization]
 name = "o"
 case = "case.toml"
-set = { "KEY" = 0.1 }
 maximize = "present_mass"
 runs = 34
 replicates_per_design = 2
 confirmation_replicates = 4
+set = { "KEY" = 0.1 }
 [[parameters]]
 name = "a"
 keys = ["interactions.ice-ice.restitution"]
 min = 0.1
 max = 0.2
-)"},
-                                       {"calibrate", "parameters.a.keys", R"([study]
-name = "c"
-case = "case.toml"
-[budget]
-center_replicates = 3
-design_points = 8
-replicates_per_point = 2
-[[parameters]]
+)",
+     "optimization.set"},
+    {"calibrate", "parameters.a.keys", whole_study + R"([[parameters]]
 name = "a"
-keys = ["KEY"]
+keys = [
+  "interactions.ice-ice.static_friction",
+  "KEY",
+]
 min = 0.1
 max = 0.2
-[[targets]]
-response = "peak_normal_force"
-value = "6 N"
-uncertainty = "0.3 N"
 )"},
-                                       {"validate", "parameter_sets.p.set", R"([suite]
+    {"calibrate", "parameters.a.keys", whole_study + study_parameter + R"([[parameters]]
+name = "a"
+keys = ["KEY"]
+choices = [0.1, 0.2]
+)",
+     nullptr, "parameters.a.choices"},
+    {"calibrate", "experiments.e.set",
+     "[study]\nname = \"c\"\n" + study_budget + study_parameter + R"([[experiments]]
+name = "e"
+case = "case.toml"
+set = { "KEY" = 0.1 }
+)",
+     "experiments.set"},
+    {"calibrate", "numerics.n.set", whole_study + study_parameter + R"([[numerics]]
+name = "n"
+set = { "KEY" = 0.1 }
+)",
+     "numerics.set"},
+    {"calibrate", "low_fidelity.set", whole_study + study_parameter + R"([low_fidelity]
+set = { "KEY" = 0.1 }
+)",
+     "low_fidelity.set"},
+    {"validate", "parameter_sets.p.set", R"([suite]
 name = "v"
 [[parameter_sets]]
 name = "p"
@@ -115,16 +148,16 @@ set = { "KEY" = 0.1 }
 name = "e"
 case = "case.toml"
 )" + suite_variant + suite_comparison,
-                                        "parameter_sets.set"},
-                                       {"validate", "experiments.e.set", R"([suite]
+     "parameter_sets.set"},
+    {"validate", "experiments.e.set", R"([suite]
 name = "v"
 [[experiments]]
 name = "e"
 case = "case.toml"
 set = { "KEY" = 0.1 }
 )" + suite_variant + suite_comparison,
-                                        "experiments.set"},
-                                       {"validate", "experiments.e.variants.v.set", R"([suite]
+     "experiments.set"},
+    {"validate", "experiments.e.variants.v.set", R"([suite]
 name = "v"
 [[experiments]]
 name = "e"
@@ -133,7 +166,7 @@ case = "case.toml"
 name = "v"
 set = { "KEY" = 0.1 }
 )" + suite_comparison,
-                                        "experiments.variants.set"}};
+     "experiments.variants.set"}};
 
 // Comment lines and empty lines between the lines of a text.
 std::string with_more_lines(const std::string& text, std::mt19937_64& random) {
@@ -211,7 +244,7 @@ TEST(OverridePlaces, AValueThatTheCaseRefusesIsReportedAtItsLine) {
     expect_refusal(folder, kind, "case..duration", "does not take \"case..duration\" = ", random);
     const bool in_list = kind.values_place != nullptr;
     expect_refusal_at(folder, kind.command, test::replaced(kind.text, "KEY", "case.gravity"),
-                      in_list ? "values = [0.1" : "\"case.gravity\"",
+                      in_list ? "[0.1" : "\"case.gravity\"",
                       in_list ? kind.values_place : kind.place,
                       "does not take \"case.gravity\" = ", random);
   }
