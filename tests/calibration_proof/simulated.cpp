@@ -206,8 +206,10 @@ void SimulatedStudies::write_measurements(const std::vector<Values>& repeats) co
 }
 
 std::string SimulatedStudies::study_text(const Values& truth, std::uint64_t seed) const {
+  // A study that begins with the runs of another one is not independent of it.
   std::string text = fmt::format(
       "[study]\nname = \"hidden\"\nseed = {}\n[budget]\n{}compare_replicates = 0\n"
+      "reuse = false\n"
       "[[experiments]]\nname = \"box\"\ncase = \"{}\"\n",
       seed, problem_.budget,
       fs::relative(fs::path(FIRN_SOURCE_DIR) / problem_.case_file, folder_).string());
