@@ -241,9 +241,21 @@ class Runner {
       }
     }
     folder.progress().phase(suite_.name);
-    batch.run(runs);
+    batch.run(runs, [&](const BatchRun& one, const JobResult& result) {
+      if (result.status == JobStatus::finished) require_responses_of(one.job.key, result);
+    });
     for (RunGroup& group : groups_)
       for (const std::string& key : group.keys) group.results.push_back(batch.outcome(key));
+  }
+
+  // Of the comparisons that read this run. The first run decides, not the last.
+  void require_responses_of(const std::string& key, const JobResult& run) const {
+    for (const RunGroup& group : groups_) {
+      if (group.purpose != Purpose::base && group.purpose != Purpose::input) continue;
+      if (std::ranges::find(group.keys, key) == group.keys.end()) continue;
+      for (const SuiteComparison& comparison : suite_.comparisons)
+        if (comparison.experiment == group.experiment) require_responses(comparison, run);
+    }
   }
 
   ComparisonRuns evidence(std::size_t experiment, std::size_t set) const {

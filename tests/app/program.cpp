@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <sstream>
 
 #include "experiments/system/input_file.h"
 
@@ -13,6 +14,13 @@ namespace firn::cli {
 
 std::size_t lines(const std::string& text) {
   return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+std::size_t lines_with(const std::string& text, const std::string& part) {
+  std::istringstream all(text);
+  std::size_t count = 0;
+  for (std::string line; std::getline(all, line);) count += line.find(part) != std::string::npos;
+  return count;
 }
 
 std::string Folder::write(const std::string& name, const std::string& text) const {

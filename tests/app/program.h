@@ -41,5 +41,6 @@ class Folder : public test::ScratchFolder {
 
 using test::read_text;
 std::size_t lines(const std::string& text);
+std::size_t lines_with(const std::string& text, const std::string& part);
 
 }  // namespace firn::cli

@@ -168,6 +168,28 @@ std::vector<double> RunGroup::values(const std::string& text) const {
   return all;
 }
 
+void require_responses(const SuiteComparison& what, const JobResult& run) {
+  RunGroup one;
+  one.results = {run};
+  const auto require = [&](const std::string& operand, const std::string& place) {
+    with_place(place, [&] { one.values(operand); });
+  };
+  for (const Criterion& criterion : what.measurement.criteria) {
+    require(criterion.lhs, criterion.lhs_place);
+    require(criterion.rhs, criterion.rhs_place);
+  }
+  const auto& data = what.measurement.data;
+  if (what.kind == ComparisonKind::curve) comparison::curves_of(one, *data);
+  if (what.kind == ComparisonKind::criteria && data) comparison::response_of(run, *data);
+  if (what.kind == ComparisonKind::curve || what.kind == ComparisonKind::criteria) return;
+  const bool breakage = what.kind == ComparisonKind::breakage;
+  for (std::size_t i = 0; i < what.responses.size(); ++i) {
+    const std::string operand = (breakage ? "max " : "") + what.responses[i];
+    require(operand, what.response_place(i));
+    if (measures(what.kind)) comparison::require_unit(operand, one, what.measurement);
+  }
+}
+
 namespace {
 
 // Fills the part of the comparison that depends on its kind. The provenance of inputs and the

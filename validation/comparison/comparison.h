@@ -189,6 +189,10 @@ struct Comparison {
 // "consistent", or "consistent (code-to-code)".
 std::string verdict_words(const Comparison& comparison);
 
+// Throws InputError for a response that a finished run of the experiment, as the suite has it, must
+// have for the comparison and does not have, or has in another unit.
+void require_responses(const SuiteComparison& what, const JobResult& run);
+
 // Pure function of its arguments. Throws InputError for responses that runs do not have, or whose
 // unit is not the measurement's.
 Comparison compare(const Suite& suite, const SuiteComparison& what, const ParameterSet& parameters,

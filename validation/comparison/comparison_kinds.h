@@ -25,6 +25,11 @@ std::string rounded_text(double value, const std::string& unit);
 std::vector<double> defined(std::vector<double> values);
 // Throws InputError unless runs give the response in the measurement's unit.
 void require_unit(const std::string& response, const RunGroup& base, const Measurement& m);
+// One curve a finished run: NAME_curve_x and NAME_curve_y of its responses, in the units of the
+// measurement. Throws InputError where a run has none.
+std::vector<SampledCurve> curves_of(const RunGroup& base, const MeasuredData& data);
+// The response of the run that the data measure. Throws InputError if it is missing.
+const Response& response_of(const JobResult& run, const MeasuredData& data);
 // "time step 5 us" or "Young's modulus 0.03 GPa", of a group with such a setting.
 std::string describe_setting(const RunGroup& group);
 // Means over the seeds that two groups share, and the standard error of the difference.

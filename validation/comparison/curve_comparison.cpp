@@ -14,9 +14,7 @@
 #include "validation/comparison/comparison_kinds.h"
 
 namespace firn::comparison {
-namespace {
 
-// One curve a run: NAME_curve_x and NAME_curve_y of its responses, in the units of the measurement.
 std::vector<SampledCurve> curves_of(const RunGroup& base, const MeasuredData& data) {
   std::vector<SampledCurve> curves;
   for (const JobResult* run : base.finished()) {
@@ -32,6 +30,8 @@ std::vector<SampledCurve> curves_of(const RunGroup& base, const MeasuredData& da
   }
   return curves;
 }
+
+namespace {
 
 void judge(double tolerance, Comparison& c) {
   const CurveComparison& v = *c.curve;

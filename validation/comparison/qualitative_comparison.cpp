@@ -16,6 +16,29 @@
 namespace firn::comparison {
 namespace {
 
+std::string unit_of(const MeasuredData& data) {
+  return data.kind == MeasuredData::Kind::classes ? "1" : data.unit;
+}
+
+}  // namespace
+
+const Response& response_of(const JobResult& run, const MeasuredData& data) {
+  const std::string unit = unit_of(data);
+  const auto found = std::ranges::find(run.responses, data.response, &Response::name);
+  if (found == run.responses.end() || found->unit != unit)
+    throw InputError(
+        fmt::format("{}: \"{}\" in \"{}\" is none of the case's; expected one, in its unit",
+                    place_or_file(data.response_place, data.file), data.response, unit));
+  if (data.present && data.kind == MeasuredData::Kind::classes &&
+      found->value.size() != data.counts.size())
+    throw InputError(fmt::format("{}: has {} classes; expected {}, as the response \"{}\" has",
+                                 data.file, data.counts.size(), found->value.size(),
+                                 data.response));
+  return *found;
+}
+
+namespace {
+
 constexpr double criterion_confidence = 0.9;  // 95 % on the side that the verdict depends on
 constexpr double half = 0.5;  // critical distance above which there are too few values
 
@@ -93,22 +116,6 @@ CriterionResult evaluate_criterion(const Criterion& criterion, const RunGroup& b
   r.probability = probability_of(r);
   r.verdict = judge_criterion(r);
   return r;
-}
-
-// The response of the run that the data measure. Throws InputError if it is missing.
-const Response& response_of(const JobResult& run, const MeasuredData& data,
-                            const std::string& unit) {
-  const auto found = std::ranges::find(run.responses, data.response, &Response::name);
-  if (found == run.responses.end() || found->unit != unit)
-    throw InputError(
-        fmt::format("{}: \"{}\" in \"{}\" is none of the case's; expected one, in its unit",
-                    place_or_file(data.response_place, data.file), data.response, unit));
-  if (data.present && data.kind == MeasuredData::Kind::classes &&
-      found->value.size() != data.counts.size())
-    throw InputError(fmt::format("{}: has {} classes; expected {}, as the response \"{}\" has",
-                                 data.file, data.counts.size(), found->value.size(),
-                                 data.response));
-  return *found;
 }
 
 // Counts of all runs together, and how the share of each class scatters over the runs: as a
@@ -204,12 +211,12 @@ DistributionResult compare_distribution(const MeasuredData& data, const RunGroup
   DistributionResult d;
   d.response = data.response;
   d.by_class = data.kind == MeasuredData::Kind::classes;
-  d.unit = d.by_class ? "1" : data.unit;
+  d.unit = unit_of(data);
   d.classes = data.classes;
   d.measured = d.by_class ? data.counts : data.values;
   if (!d.by_class) std::ranges::sort(d.measured);
   std::vector<const Response*> runs;
-  for (const JobResult* run : base.finished()) runs.push_back(&response_of(*run, data, d.unit));
+  for (const JobResult* run : base.finished()) runs.push_back(&response_of(*run, data));
   if (d.by_class) add_counts(runs, d);
   ValuesByRun by_run, inside;
   for (const Response* r : runs) by_run.push_back(d.by_class ? r->value : defined(r->value));

@@ -81,6 +81,13 @@ BatchRun planned_run(const Sweep& sweep, std::size_t combination, std::uint64_t 
   return run;
 }
 
+// Throws InputError for a response of the sweep that a finished run does not have.
+void require_responses(const Sweep& sweep, const JobResult& run) {
+  for (std::size_t i = 0; i < sweep.responses.size(); ++i)
+    with_place(sweep.response_places.at(i).whole,
+               [&] { evaluate(parse_response_expression(sweep.responses[i]), run.responses); });
+}
+
 // What is tabled: as asked for, or every single-valued response of the first run that finished.
 void choose_responses(SweepResult& r) {
   const auto finished = std::ranges::find_if(
@@ -101,10 +108,8 @@ void read_values(SweepResult& r) {
             run.result.status == JobStatus::finished
                 ? evaluate(parse_response_expression(r.responses[i]), run.result.responses)
                 : kUndefined);
-      } catch (const InputError& e) {
+      } catch (const InputError&) {
         // One that a run has only when something came to pass is undefined where it did not.
-        if (!r.sweep.responses.empty())
-          throw InputError(r.sweep.response_places.at(i).whole + ": " + e.what());
         run.values.push_back(kUndefined);
       }
 }
@@ -150,7 +155,9 @@ void carry_out(SweepResult& r, const SweepOptions& options) {
     }
   folder.progress().phase(r.sweep.name);
   try {
-    batch.run(runs);
+    batch.run(runs, [&](const BatchRun&, const JobResult& result) {
+      if (result.status == JobStatus::finished) require_responses(r.sweep, result);
+    });
   } catch (const BatchInterrupted&) {
     r.interrupted = true;
     return;

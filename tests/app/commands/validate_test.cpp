@@ -297,6 +297,23 @@ TEST(ValidateCommand, AResponseThatTheCaseLacksIsReportedAtItsLine) {
           "7: criteria.0.lhs: \"a b c\" is not an operand");
 }
 
+TEST(ValidateCommand, AResponseThatTheCaseLacksEndsTheSuiteAfterItsFirstRun) {
+  const Suite folder;
+  const std::string wrong[] = {
+      test::replaced(suite, "[\"peak_normal_force\"]", "[\"absent\"]"),
+      test::replaced(suite, "\"mass.toml\"", "\"mass.toml\"\nresponse = \"absent\""),
+      test::replaced(suite, "[\"present_mass\"]", "[\"absent\"]")};
+  for (const std::string& text : wrong) {
+    folder.write("suite.toml", text);
+    std::filesystem::remove_all(folder.path() / "out");
+    const Outcome o = folder.firn(
+        {"validate", "suite.toml", "-o", "out", "--jobs", "1", "--no-cache", "--progress", "json"});
+    EXPECT_EQ(o.status, 2) << text;
+    EXPECT_EQ(lines_with(o.err, "\"started\""), 1U) << o.err;
+    EXPECT_THAT(o.err, HasSubstr("\"absent\" is not a response of the case"));
+  }
+}
+
 TEST(ValidateCommand, RefusesAFolderOfAnotherSuite) {
   const Suite folder;
   ASSERT_EQ(folder.firn({"validate", "suite.toml", "-o", "out", "--progress", "none"}).status, 0);
