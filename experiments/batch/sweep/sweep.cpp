@@ -128,8 +128,8 @@ void write_csv(const SweepResult& r) {
   file.line(head);
   for (const SweepRun& run : r.runs) {
     std::string line;
-    for (const std::string& v : r.sweep.values(run.combination))
-      line += encode::csv_field(plain_value(v)) + ",";
+    for (const std::string& label : r.sweep.value_labels(run.combination))
+      line += encode::csv_field(label) + ",";
     line += fmt::format("{},{},{},{}", run.seed, to_string(run.result.status), run.result.wall,
                         run.key);
     for (const double v : run.values) line += std::isfinite(v) ? fmt::format(",{}", v) : ",";

@@ -19,6 +19,7 @@ struct SweptKey {
   std::string name;
   std::vector<std::string> keys;
   std::vector<std::string> values;
+  std::vector<std::string> labels = {};  // [values] for people; empty: the values themselves
   std::vector<ValuePlace> key_places = {}, value_places = {};  // [keys], [values] for messages
 
   bool is_material() const { return keys.empty(); }
@@ -46,12 +47,17 @@ struct Sweep {
   Execution execution;
 
   std::size_t combinations() const;
-  // Values of a combination [vary]; in a grid, the last quantity varies fastest.
+  // Which of its values each quantity has in a combination [vary]; in a grid, the last quantity
+  // varies fastest.
+  std::vector<std::size_t> levels(std::size_t combination) const;
+  // Its values [vary].
   std::vector<std::string> values(std::size_t combination) const;
+  // The same for people: labels, or values as plain_value() has them.
+  std::vector<std::string> value_labels(std::size_t combination) const;
   std::string label(std::size_t combination) const;  // "friction=0.1 density=900 kg/m^3"
 };
 
-// A TOML value as people write it: strings without their quotes.
+// A TOML value as people write it: strings without their quotes, tables and lists on one line.
 std::string plain_value(const std::string& value);
 
 // Throws InputError with one line `FILE:LINE: KEY: FAULT; EXPECTATION`.

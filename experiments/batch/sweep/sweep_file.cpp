@@ -8,6 +8,7 @@
 #include "experiments/responses/response_expression.h"
 #include "experiments/system/input_file.h"
 #include "experiments/system/input_limits.h"
+#include "experiments/system/text_encoding.h"
 #include "experiments/text/toml_document.h"
 #include "experiments/text/toml_names.h"
 
@@ -17,12 +18,27 @@ namespace {
 constexpr std::size_t most_runs = input_limits::batch_runs;
 constexpr int default_trajectories = 6;
 
+// Empty when they are missing.
+std::vector<std::string> read_labels(const TomlTable& t, std::size_t values) {
+  const std::vector<std::string> labels = t.strings("labels");
+  if (t.has("labels") && labels.size() != values)
+    t.fail("labels", fmt::format("has {} texts; expected {}, one a value", labels.size(), values));
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (labels[i].empty() || !encode::first_unprintable(labels[i]).empty())
+      t.fail_element("labels", i, "cannot be shown on one line; expected a printable text");
+    if (std::ranges::count(labels, labels[i]) > 1)
+      t.fail_element("labels", i,
+                     fmt::format("\"{}\" is there twice; expected different texts", labels[i]));
+  }
+  return labels;
+}
+
 SweptKey read_key(const TomlTable& t, const Sweep& sweep) {
-  t.allow({"name", "keys", "values", "materials"});
+  t.allow({"name", "keys", "values", "labels", "materials"});
   SweptKey k;
   k.name = unique_table_name(t, sweep.vary);
   if (t.has("materials")) {
-    for (const char* other : {"keys", "values"})
+    for (const char* other : {"keys", "values", "labels"})
       if (t.has(other))
         t.fail(other, "is given with `materials`; expected either keys and values, or materials");
     k.values = t.strings("materials");
@@ -40,6 +56,7 @@ SweptKey read_key(const TomlTable& t, const Sweep& sweep) {
   k.values = t.value_texts("values");
   k.value_places = t.element_places("values");
   if (k.values.empty()) t.fail("values", "is missing; expected a list of values");
+  k.labels = read_labels(t, k.values.size());
   return k;
 }
 
@@ -64,20 +81,34 @@ void read_screening(const TomlTable& head, Sweep& s) {
 
 }  // namespace
 
+namespace {
+
+// Without line breaks and the indentation after them.
+std::string on_one_line(const std::string& toml) {
+  std::string line;
+  for (std::size_t at = 0; at < toml.size(); ++at) {
+    line += toml[at] == '\n' ? ' ' : toml[at];
+    if (toml[at] == '\n') at = std::min(toml.find_first_not_of(" \n", at), toml.size()) - 1;
+  }
+  return line;
+}
+
+}  // namespace
+
 std::string plain_value(const std::string& value) {
   const bool string = value.size() > 1 && (value.front() == '"' || value.front() == '\'');
   if (string) return value.substr(1, value.size() - 2);
   double number = 0;  // 0.2 is written with all its digits: the shortest that reads the same
   const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
   const bool whole = error == std::errc() && end == value.data() + value.size();
-  return whole ? fmt::format("{}", number) : value;
+  return whole ? fmt::format("{}", number) : on_one_line(value);
 }
 
 std::string Sweep::label(std::size_t combination) const {
-  const std::vector<std::string> chosen = values(combination);
+  const std::vector<std::string> chosen = value_labels(combination);
   std::string text;
   for (std::size_t i = 0; i < chosen.size(); ++i)
-    text += fmt::format("{}{}={}", i > 0 ? " " : "", vary[i].name, plain_value(chosen[i]));
+    text += fmt::format("{}{}={}", i > 0 ? " " : "", vary[i].name, chosen[i]);
   return text;
 }
 
@@ -90,8 +121,8 @@ std::size_t Sweep::combinations() const {
   return n;
 }
 
-std::vector<std::string> Sweep::values(std::size_t combination) const {
-  std::vector<std::string> chosen(vary.size());
+std::vector<std::size_t> Sweep::levels(std::size_t combination) const {
+  std::vector<std::size_t> chosen(vary.size());
   for (std::size_t i = vary.size(); i-- > 0;) {
     const std::size_t n = vary[i].values.size();
     std::size_t value = combination;
@@ -100,9 +131,25 @@ std::vector<std::string> Sweep::values(std::size_t combination) const {
       value = combination % n;
       combination /= n;
     }
-    chosen[i] = vary[i].values[value];
+    chosen[i] = value;
   }
   return chosen;
+}
+
+std::vector<std::string> Sweep::values(std::size_t combination) const {
+  const std::vector<std::size_t> chosen = levels(combination);
+  std::vector<std::string> all;
+  for (std::size_t i = 0; i < vary.size(); ++i) all.push_back(vary[i].values[chosen[i]]);
+  return all;
+}
+
+std::vector<std::string> Sweep::value_labels(std::size_t combination) const {
+  const std::vector<std::size_t> chosen = levels(combination);
+  std::vector<std::string> all;
+  for (std::size_t i = 0; i < vary.size(); ++i)
+    all.push_back(vary[i].labels.empty() ? plain_value(vary[i].values[chosen[i]])
+                                         : vary[i].labels[chosen[i]]);
+  return all;
 }
 
 Sweep read_sweep(const std::string& file) {

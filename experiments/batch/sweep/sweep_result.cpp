@@ -181,9 +181,9 @@ SweepDocument document_of(const SweepResult& r) {
     d.responses.push_back({r.responses[i], i < r.units.size() ? r.units[i] : ""});
   for (std::size_t c = 0; c < r.sweep.combinations(); ++c) {
     SweepDocument::Combination& row = d.combinations.emplace_back();
-    const std::vector<std::string> values = r.sweep.values(c);
-    for (std::size_t i = 0; i < values.size(); ++i)
-      row.values.emplace_back(r.sweep.vary[i].name, plain_value(values[i]));
+    const std::vector<std::string> labels = r.sweep.value_labels(c);
+    for (std::size_t i = 0; i < labels.size(); ++i)
+      row.values.emplace_back(r.sweep.vary[i].name, labels[i]);
     for (std::size_t i = 0; i < r.responses.size(); ++i)
       row.responses.emplace_back(r.responses[i], scatter(r, c, i));
   }

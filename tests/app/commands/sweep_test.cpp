@@ -251,6 +251,59 @@ values = []
   EXPECT_THAT(o.err, HasSubstr("old.toml:17: vary.a.values: is missing"));
 }
 
+// Known after a run alone, and of the first one.
+TEST(SweepCommand, AResponseThatTheCaseLacksEndsTheSweepAfterItsFirstRun) {
+  const Sweep folder;
+  folder.write("changed.toml", test::replaced(sweep, "\"present_mass\"", "\"absent_mass\""));
+  const Outcome o = folder.firn(
+      {"sweep", "changed.toml", "-o", "out", "--jobs", "1", "--no-cache", "--progress", "json"});
+  EXPECT_EQ(o.status, 2);
+  EXPECT_EQ(lines_with(o.err, "\"started\""), 1U) << o.err;
+  EXPECT_THAT(o.err,
+              HasSubstr("changed.toml:5: sweep.responses: \"absent_mass\" is not a response"));
+}
+
+TEST(SweepCommand, LabelsStandForValues) {
+  const Sweep folder;
+  const Outcome o = folder.with("values = [\"900 kg/m^3\", \"1800 kg/m^3\"]",
+                                "values = [\"900 kg/m^3\", \"1800 kg/m^3\"]\n"
+                                "labels = [\"clear, hard\", \"with air\"]");
+  ASSERT_EQ(o.status, 0) << o.err;
+  const json result = json::parse(o.out);
+  ASSERT_EQ(result["combinations"].size(), 6u);
+  EXPECT_EQ(result["combinations"][2]["values"]["density"], "clear, hard");
+  EXPECT_EQ(result["combinations"][3]["values"]["density"], "with air");
+  EXPECT_NEAR(result["combinations"][3]["responses"]["present_mass"]["mean"], 1800 * 2 * 8e-6,
+              3e-4);
+  EXPECT_THAT(read_text(folder.path() / "changed/runs.csv"), HasSubstr("\n\"clear, hard\",0.1,1,"));
+  EXPECT_THAT(read_text(folder.path() / "changed/report.html"), HasSubstr("with air"));
+}
+
+// A table is one value, however many lines it has.
+TEST(SweepCommand, ATableIsShownOnOneLine) {
+  const Sweep folder;
+  folder.write("tables.toml", R"([sweep]
+name = "tables"
+case = "case.toml"
+responses = ["present_mass"]
+[[vary]]
+name = "cubes"
+keys = ["particles"]
+values = [
+  [
+    { shape = "cube", position = "0 0 12 mm" },
+    { shape = "cube", position = "0 0 40 mm" },
+  ],
+  [{ shape = "cube", position = "0 0 12 mm" }],
+]
+)");
+  const Outcome o = folder.firn({"sweep", "tables.toml", "-o", "tables", "--progress", "none"});
+  ASSERT_EQ(o.status, 0) << o.err;
+  EXPECT_THAT(o.out, HasSubstr("cubes=[ { position = '0 0 12 mm', shape = 'cube' }, { position = "
+                               "'0 0 40 mm', shape = 'cube' } ]: 1 of 1 "));
+  EXPECT_EQ(lines(read_text(folder.path() / "tables/runs.csv")), 3U);
+}
+
 TEST(SweepCommand, RefusesInOneLine) {
   const Sweep folder;
   const auto refused = [&](const char* part, const char* other, const char* says) {
@@ -276,6 +329,15 @@ TEST(SweepCommand, RefusesInOneLine) {
   refused("\"present_mass\", ", "\"present_mass\",\n\"absent_mass\", ",
           "changed.toml:6: sweep.responses: \"absent_mass\" is not a response");
   refused("name = \"friction\"", "name = \"density\"", "is taken already");
+  refused("[0.1, 0.2, 0.3]", "[0.1, 0.2, 0.3]\nlabels = [\"a\", \"b\"]",
+          "changed.toml:14: vary.friction.labels: has 2 texts; expected 3, one a value");
+  refused("[0.1, 0.2, 0.3]", "[0.1, 0.2, 0.3]\nlabels = [\"a\", \"b\",\n\"a\"]",
+          "vary.friction.labels: \"a\" is there twice");
+  refused("[0.1, 0.2, 0.3]", "[0.1, 0.2, 0.3]\nlabels = [\"a\", \"\", \"b\\n\"]",
+          "changed.toml:14: vary.friction.labels: cannot be shown on one line");
+  refused("keys = [\"materials.ice.density\"]\nvalues = [\"900 kg/m^3\", \"1800 kg/m^3\"]",
+          "materials = [\"paper-text\"]\nlabels = [\"a\"]",
+          "vary.density.labels: is given with `materials`; expected");
   refused("seeds = 2", "seeds = 2\ndesign = \"morris\"", "expected an even number of levels");
   refused("seeds = 2", "seeds = 2\ntrajectories = 5", "needs `design = \"morris\"`");
   refused("seeds = 2", "seeds = 2\ndesign = \"random\"", "expected one of grid, list, morris");
