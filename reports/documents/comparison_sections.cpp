@@ -293,9 +293,11 @@ void damage_content(const Sets& sets, page::Content& content) {
                 {}};
       plot.y_label = "share of particles at or below";
       plot.samples.push_back({c->parameter_set, d.loads});
-      if (plot.vertical.empty() && c->strength)
-        plot.vertical = {{c->strength->minimum, "weakest test"},
-                         {c->strength->maximum, "strongest test"}};
+      if (plot.vertical.empty() && c->strength) {
+        // A single text: the lines are closer than its height.
+        plot.vertical = {{c->strength->minimum, "breaking force"}, {c->strength->maximum, ""}};
+        if (std::isfinite(c->strength->mean)) plot.vertical.push_back({c->strength->mean, ""});
+      }
       table.rows.push_back(
           {c->parameter_set, response, Cell(d.largest, 4), Cell(d.median, 3),
            share_range(d.distribution_free.each), share_range(d.distribution_free.any),
@@ -303,9 +305,10 @@ void damage_content(const Sets& sets, page::Content& content) {
     }
   std::vector<page::Figure> figures;
   for (const auto& [response, plot] : by_load)
-    figures.push_back({plots::draw(plot),
-                       "Loads on all particles of all runs; lines: breaking forces.",
-                       response + ": see the table"});
+    figures.push_back(
+        {plots::draw(plot),
+         "Loads on all particles of all runs; lines: weakest, mean and strongest breaking force.",
+         response + ": see the table"});
   if (!figures.empty()) content.figures(figures);
   if (!table.rows.empty()) content.table(table);
 }
