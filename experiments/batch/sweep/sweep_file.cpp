@@ -79,10 +79,6 @@ void read_screening(const TomlTable& head, Sweep& s) {
                                  static_cast<std::uint64_t>(head.integer("design_seed", 0, 1)));
 }
 
-}  // namespace
-
-namespace {
-
 // Without line breaks and the indentation after them.
 std::string on_one_line(const std::string& toml) {
   std::string line;
