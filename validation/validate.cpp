@@ -131,6 +131,7 @@ class Runner {
       if (experiment.samples) require_ensemble(*records_[p], experiment.samples_place);
       // Other draws, other seeds: what seeds do is taken out of their scatter.
       std::vector<std::uint64_t> seeds;
+      seeds.reserve(static_cast<std::size_t>(samples));
       for (int k = 0; k < samples; ++k)
         seeds.push_back(experiment.seeds.front() + static_cast<std::uint64_t>(k));
       add(e, p, Purpose::input, 0, seeds);

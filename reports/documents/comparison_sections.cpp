@@ -304,6 +304,7 @@ void damage_content(const Sets& sets, page::Content& content) {
            fmt::format("{} ({})", share(d.weibull.any_best), share_range(d.weibull.any))});
     }
   std::vector<page::Figure> figures;
+  figures.reserve(by_load.size());
   for (const auto& [response, plot] : by_load)
     figures.push_back(
         {plots::draw(plot),

@@ -103,11 +103,10 @@ void choose_responses(SweepResult& r) {
 
 void read_values(SweepResult& r) {
   for (SweepRun& run : r.runs)
-    for (std::size_t i = 0; i < r.responses.size(); ++i) try {
-        run.values.push_back(
-            run.result.status == JobStatus::finished
-                ? evaluate(parse_response_expression(r.responses[i]), run.result.responses)
-                : kUndefined);
+    for (const std::string& name : r.responses) try {
+        run.values.push_back(run.result.status == JobStatus::finished
+                                 ? evaluate(parse_response_expression(name), run.result.responses)
+                                 : kUndefined);
       } catch (const InputError&) {
         // One that a run has only when something came to pass is undefined where it did not.
         run.values.push_back(kUndefined);

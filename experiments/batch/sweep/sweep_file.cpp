@@ -20,7 +20,7 @@ constexpr int default_trajectories = 6;
 
 // Empty when they are missing.
 std::vector<std::string> read_labels(const TomlTable& t, std::size_t values) {
-  const std::vector<std::string> labels = t.strings("labels");
+  std::vector<std::string> labels = t.strings("labels");
   if (t.has("labels") && labels.size() != values)
     t.fail("labels", fmt::format("has {} texts; expected {}, one a value", labels.size(), values));
   for (std::size_t i = 0; i < labels.size(); ++i) {
