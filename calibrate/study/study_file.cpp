@@ -138,15 +138,13 @@ void read_changes(const TomlTable& t, const Study& study, Changes& changes) {
   t.required_table("set");
   changes.set = programs.empty() ? read_case_overrides(t, &changes.set_places)
                                  : read_program_inputs(t, changes.set_places);
-  for (const Experiment* program : programs) {
-    const Experiment& experiment = *program;
+  for (const Experiment* program : programs)
     for (const Override& change : changes.set)
-      if (std::none_of(experiment.set.begin(), experiment.set.end(),
+      if (std::none_of(program->set.begin(), program->set.end(),
                        [&](const Override& o) { return o.first == change.first; }))
         t.fail("set", fmt::format("\"{}\" is not a key of `set` of the experiment \"{}\"; expected "
                                   "one, or another `experiment`",
-                                  change.first, experiment.name));
-  }
+                                  change.first, program->name));
 }
 
 void read_numerics(const TomlTable& root, Study& study) {
