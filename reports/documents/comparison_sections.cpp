@@ -294,8 +294,8 @@ void damage_content(const Sets& sets, page::Content& content) {
       plot.y_label = "share of particles at or below";
       plot.samples.push_back({c->parameter_set, d.loads});
       if (plot.vertical.empty() && c->strength) {
-        // A single text: the lines are closer than its height.
-        plot.vertical = {{c->strength->minimum, "breaking force"}, {c->strength->maximum, ""}};
+        // The other two have no text: the lines are closer than a text is high.
+        plot.vertical = {{c->strength->minimum, "weakest test"}, {c->strength->maximum, ""}};
         if (std::isfinite(c->strength->mean)) plot.vertical.push_back({c->strength->mean, ""});
       }
       table.rows.push_back(

@@ -112,6 +112,7 @@ TEST_F(ValidationPage, HoldsEveryKindAndStandsAlone) {
   EXPECT_THAT(html, HasSubstr("Ice &amp; &lt;water&gt;"));
   EXPECT_THAT(html, HasSubstr("it falls &lt;far&gt;"));
   EXPECT_THAT(html, Not(HasSubstr("<far>")));
+  EXPECT_THAT(html, HasSubstr("weakest test"));
   EXPECT_THAT(html, HasSubstr("lines: weakest, mean and strongest breaking force"));
   EXPECT_THAT(html, HasSubstr(" 0 of 2 hold</td>"));  // three runs of one mind are too few
   EXPECT_THAT(html, HasSubstr("Grows as E"));
