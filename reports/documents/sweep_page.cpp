@@ -233,7 +233,7 @@ void response_plots(const SweepData& data, page::Page& page) {
   const auto middle =
       figures.begin() + static_cast<std::ptrdiff_t>(std::min(figures.size(), kOpenPlots));
   if (!figures.empty())
-    content.paragraph("Means over the seeds; bars are one standard deviation of single runs.")
+    content.paragraph("Means over the seeds; error bars are one standard deviation of single runs.")
         .figures({figures.begin(), middle});
   if (middle != figures.end()) {
     page::Content more;

@@ -43,8 +43,13 @@ CategoryLabels side_by_side(const std::vector<std::string>& names, std::size_t w
     lines = std::max(lines, text.size());
     tics.push_back(fmt::format("{} {}", gnuplot_tic_lines(text), i));
   }
-  return {fmt::format("set xtics ({}) scale 0\n", fmt::join(tics, ", ")),
-          static_cast<int>(kLineHeight * static_cast<double>(lines - 1))};
+  // gnuplot leaves less than a line between names of two lines and the title.
+  constexpr double kTitleGap = 10;  // pixels
+  const bool several = lines > 1;
+  return {
+      fmt::format("set xtics ({}) scale 0\n{}", fmt::join(tics, ", "),
+                  several ? "set xlabel offset 0,-0.4\n" : ""),
+      static_cast<int>(kLineHeight * static_cast<double>(lines - 1) + (several ? kTitleGap : 0))};
 }
 
 // `axis`: its length, pixels.

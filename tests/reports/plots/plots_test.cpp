@@ -51,6 +51,13 @@ std::vector<PlacedText> placed_texts(const std::string& svg) {
   return all;
 }
 
+double canvas_height(const std::string& svg) {
+  std::smatch match;
+  return std::regex_search(svg, match, std::regex("viewBox=\"0 0 [0-9]+ ([0-9]+)\""))
+             ? std::stod(match[1])
+             : 0;
+}
+
 // Every text lies within the canvas, and none over another one.
 void expect_readable(const std::string& svg, double width) {
   const std::vector<PlacedText> all = placed_texts(svg);
@@ -183,6 +190,29 @@ TEST(Plots, LongNamesAreCutAndDoNotOverlap) {
   const std::string drawn_intervals = draw(intervals);
   expect_readable(drawn_intervals, 520);
   EXPECT_THAT(drawn_intervals, HasSubstr("…"));
+}
+
+// Of one and two lines, and with a title below them.
+TEST(Plots, NamesOfCategoriesAreApartFromTheTitleOfTheirAxis) {
+  for (const char* name : {"glued", "three glued spheres", "glued spheres, three of them"})
+    for (const char* title : {"shape", "shape of the particles"}) {
+      SCOPED_TRACE(name);
+      BarPlot plot;
+      plot.y = {"angle", "deg", false, {}, {}};
+      plot.x_label = title;
+      plot.categories = {"crescent", name, "sphere"};
+      plot.series = {{"mean", {21, 29, 1}}};
+      const std::string svg = draw(plot);
+      expect_readable(svg, 520);
+      double title_at = 0, lowest = 0;  // lines of text
+      for (const PlacedText& text : placed_texts(svg))
+        if (text.text == title)
+          title_at = text.y;
+        else
+          lowest = std::max(lowest, text.y);
+      EXPECT_GE(title_at - lowest, 17);  // pixels: the size of the text
+      EXPECT_LE(title_at + 4, canvas_height(svg));
+    }
 }
 
 TEST(Plots, TextsOfCloseRulesAreApart) {
