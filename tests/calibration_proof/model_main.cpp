@@ -21,7 +21,7 @@ using Eigen::VectorXd;
 // Errors of many models of one response.
 struct ModelTally {
   int count = 0, within_68 = 0, within_95 = 0;
-  double z2 = 0, error2 = 0, stated2 = 0, score = 0;
+  double z = 0, z2 = 0, error2 = 0, stated2 = 0, score = 0;
 };
 
 void judge_model(const CoveredProblem& p, const CoveredResponse& r, int points, int seeds,
@@ -49,10 +49,11 @@ void judge_model(const CoveredProblem& p, const CoveredResponse& r, int points, 
     VectorXd u(d);
     for (double& x : u) x = uniform_open(random);
     const Prediction q = models->targets[0].surrogate.best.predict(u);
-    const double error2 = std::pow(q.mean - r.mean(values_at(p, u)), 2);
+    const double error = q.mean - r.mean(values_at(p, u)), error2 = error * error;
     ++t.count;
     t.within_68 += error2 < q.variance;
     t.within_95 += error2 < 1.96 * 1.96 * q.variance;
+    t.z += error / std::sqrt(q.variance);
     t.z2 += error2 / q.variance;
     t.error2 += error2 / (r.uncertainty * r.uncertainty);
     t.stated2 += q.variance / (r.uncertainty * r.uncertainty);
@@ -65,8 +66,8 @@ void judge_model(const CoveredProblem& p, const CoveredResponse& r, int points, 
 
 void print_model_row(const std::string& name, const ModelTally& t) {
   const double n = std::max(1, t.count);
-  fmt::print("| {} | {:.2f} | {:.0f} % | {:.0f} % | {:.2f} | {:.2f} | {:.4f} |\n", name,
-             std::sqrt(t.z2 / n), 100 * t.within_68 / n, 100 * t.within_95 / n,
+  fmt::print("| {} | {:.2f} | {:.2f} | {:.0f} % | {:.0f} % | {:.2f} | {:.2f} | {:.4f} |\n", name,
+             std::sqrt(t.z2 / n), t.z / n, 100 * t.within_68 / n, 100 * t.within_95 / n,
              std::sqrt(t.error2 / n), std::sqrt(t.stated2 / n), t.score / n);
   std::fflush(stdout);
 }
@@ -84,8 +85,9 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   try {
     fmt::print(
-        "| response, design | error over stated | within 1 | within 2 | error | stated | score |\n"
-        "|---|---|---|---|---|---|---|\n");
+        "| response, design | error over stated | its mean | within 1 | within 2 | error | stated "
+        "| score |\n"
+        "|---|---|---|---|---|---|---|---|\n");
     ModelTally all;
     for (const CoveredProblem& p : read_covered_problems(file))
       for (const CoveredResponse& r : p.responses)
@@ -98,8 +100,8 @@ int main(int argc, char** argv) {
           for (int ModelTally::*n :
                {&ModelTally::count, &ModelTally::within_68, &ModelTally::within_95})
             all.*n += t.*n;
-          for (double ModelTally::*x :
-               {&ModelTally::z2, &ModelTally::error2, &ModelTally::stated2, &ModelTally::score})
+          for (double ModelTally::*x : {&ModelTally::z, &ModelTally::z2, &ModelTally::error2,
+                                        &ModelTally::stated2, &ModelTally::score})
             all.*x += t.*x;
         }
     print_model_row("all", all);
