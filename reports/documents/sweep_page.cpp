@@ -183,11 +183,18 @@ page::Figure bars(const SweepData& data, std::size_t k, const Responded& r) {
   const Varied& key = data.keys[k];
   plots::BarSeries series{"mean", {}, {}};
   for (std::size_t v = 0; v < key.values.size(); ++v) {
-    double sum = 0;
-    int count = 0;
-    for (std::size_t c = 0; c < data.value.size(); ++c)
-      if (data.value[c][k] == v && std::isfinite(r.mean[c])) sum += r.mean[c], ++count;
+    double sum = 0, squares = 0;
+    int count = 0, scattered = 0;
+    for (std::size_t c = 0; c < data.value.size(); ++c) {
+      if (data.value[c][k] != v || !std::isfinite(r.mean[c])) continue;
+      sum += r.mean[c];
+      ++count;
+      if (!std::isfinite(r.deviation[c])) continue;
+      squares += r.deviation[c] * r.deviation[c];
+      ++scattered;
+    }
     series.values.push_back(count > 0 ? sum / count : std::nan(""));
+    series.errors.push_back(scattered > 0 ? std::sqrt(squares / scattered) : std::nan(""));
   }
   plots::BarPlot plot;
   plot.y = {words(r.name), unit_text(r.unit), false, {}, {}};

@@ -128,13 +128,17 @@ void add_bars(std::vector<std::string>& commands, const Drawing& drawing, const 
         file, color::text));
 }
 
-// From 0 where no value is below.
+// Bars stand on 0, at an end of the axis where no value is on its other side.
 Extent bar_extent(const BarPlot& plot) {
   Axis y = plot.y;
-  if (!y.low && !y.log && std::ranges::none_of(plot.series, [](const BarSeries& s) {
-        return std::ranges::any_of(s.values, [](double v) { return v < 0; });
-      }))
-    y.low = 0;
+  bool below = false, above = false;
+  for (const BarSeries& s : plot.series)
+    for (const double v : s.values) {
+      below = below || v < 0;
+      above = above || v > 0;
+    }
+  if (!y.low && !y.log && !below) y.low = 0;
+  if (!y.high && !y.log && below && !above) y.high = 0;
   Extent extent(y);
   for (const BarSeries& s : plot.series) {
     extent.see(s.values);

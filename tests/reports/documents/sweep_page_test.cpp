@@ -71,6 +71,25 @@ TEST_F(SweepPage, HasPlotsATableAndWhatFailed) {
   EXPECT_THAT(html, Not(HasSubstr("href=\"http")));
 }
 
+// The errors that the page explains are in its plots of values that are no numbers, too.
+TEST_F(SweepPage, BarsHaveTheDeviationsOfSingleRuns) {
+  const auto lines_of_bars = [&](const std::string& results) {
+    const std::string html = sweep_page(read_results_json(file(results))).html();
+    const std::size_t end = html.find("peak force by kind, mean over");
+    EXPECT_NE(end, std::string::npos);
+    const std::string plot = html.substr(html.rfind("<svg", end), end - html.rfind("<svg", end));
+    int lines = 0;
+    for (std::size_t at = plot.find("<path"); at != std::string::npos;
+         at = plot.find("<path", at + 1))
+      ++lines;
+    return lines;
+  };
+  test::Json single = test::Json::parse(kSweepResults);
+  for (auto& c : single["combinations"])
+    c["responses"]["peak_force"]["standard_deviation"] = nullptr;
+  EXPECT_GT(lines_of_bars(kSweepResults), lines_of_bars(single.dump()));
+}
+
 TEST_F(SweepPage, RanksTheFactorsOfAScreening) {
   const std::string html = sweep_page(read_results_json(file(screened().dump()))).html();
   for (const char* part :

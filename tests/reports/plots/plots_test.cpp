@@ -327,5 +327,27 @@ TEST(Plots, BarsHaveIntervals) {
   EXPECT_THROW(draw(plot), std::logic_error);
 }
 
+// Of positive, negative and mixed values, with and without errors.
+TEST(Plots, BarsStandOnZero) {
+  for (const auto& [values, from, to] : {std::tuple{std::vector{0.09, 0.1, 0.12}, "0", "0.12"},
+                                         std::tuple{std::vector{-0.09, -0.1, -0.12}, "-0.12", "0"},
+                                         std::tuple{std::vector{-0.1, 0.05, 0.1}, "-0.1", "0.1"}})
+    for (const bool with_errors : {false, true}) {
+      SCOPED_TRACE(values.front());
+      BarPlot plot;
+      plot.y = {"index", "", false, {}, {}};
+      plot.categories = {"slow", "as it is", "fast"};
+      plot.series = {{"mean", values}};
+      const std::string plain = draw(plot);
+      if (with_errors) plot.series[0].errors = {0.001, std::nan(""), 0.002};
+      const std::string svg = draw(plot);
+      expect_readable(svg, 520);
+      EXPECT_THAT(texts(svg), testing::Contains("0"));
+      EXPECT_THAT(texts(svg), testing::Contains(from));
+      EXPECT_THAT(texts(svg), testing::Contains(to));
+      EXPECT_EQ(occurrences(svg, "<path") > occurrences(plain, "<path"), with_errors);
+    }
+}
+
 }  // namespace
 }  // namespace firn::plots
