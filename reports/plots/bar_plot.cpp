@@ -110,17 +110,20 @@ std::vector<std::array<double, 5>> bar_rows(const BarPlot& plot, std::size_t k, 
 }
 
 void add_bars(std::vector<std::string>& commands, const Drawing& drawing, const BarSeries& s,
-              const std::vector<std::array<double, 5>>& rows, int k, double width) {
+              const std::vector<std::array<double, 5>>& rows, int k, double width,
+              std::optional<double> low) {
   const std::string file = drawing.data(fmt::format("bars{}", k), rows);
   commands.push_back(
       fmt::format("{0} using 1:2:({1}) with boxes lc rgb {3} fillstyle transparent solid {2} "
                   "border lc rgb {3} title {4}",
                   file, 0.92 * width, k % 2 ? "0.12" : "0.75", series_color(k),
                   encode::gnuplot(legend_name(s.name))));
+  // From the axis on where they begin below it: gnuplot would leave their upper ends out of its
+  // range.
   if (!s.errors.empty())
-    commands.push_back(
-        fmt::format("{} using 1:($2-$3):(0):(2*$3) with vectors nohead lc rgb {} lw 1.6 notitle",
-                    file, color::text));
+    commands.push_back(fmt::format(
+        "{0} using 1:({1}):(0):($2+$3-({1})) with vectors nohead lc rgb {2} lw 1.6 notitle", file,
+        low ? fmt::format("$2-$3<{0:.17g}?{0:.17g}:$2-$3", *low) : "$2-$3", color::text));
   if (std::ranges::any_of(rows, [](const auto& row) { return std::isfinite(row[3] + row[4]); }))
     commands.push_back(fmt::format(
         "{} using 1:4:(0):($5-$4) with vectors heads size screen 0.006,90 lc rgb {} lw 1.6 "
@@ -155,16 +158,17 @@ std::string draw(const BarPlot& plot) {
   const Legend legend = legend_of_series(plot.series);
   Drawing drawing(plot.width, plot.height + labels.height + legend.further_rows_height());
   const double width = 0.78 / static_cast<double>(std::max<std::size_t>(plot.series.size(), 1));
+  const Extent y = bar_extent(plot);
   std::vector<std::string> commands;
   for (std::size_t k = 0; k < plot.series.size(); ++k) {
     const std::vector<std::array<double, 5>> rows = bar_rows(plot, k, width);
     if (!rows.empty())
-      add_bars(commands, drawing, plot.series[k], rows, static_cast<int>(k), width);
+      add_bars(commands, drawing, plot.series[k], rows, static_cast<int>(k), width, y.axis().low);
   }
   if (commands.empty()) return drawing.empty_plot(plot.x_label, axis_title(plot.y));
   const Axis x = {plot.x_label, "", false, -0.6, static_cast<double>(plot.categories.size()) - 0.4};
-  return drawing.svg(legend.script() + axis_script('x', x) + bar_extent(plot).script('y') +
-                     labels.script + fmt::format("plot {}\n", fmt::join(commands, ", ")));
+  return drawing.svg(legend.script() + axis_script('x', x) + y.script('y') + labels.script +
+                     fmt::format("plot {}\n", fmt::join(commands, ", ")));
 }
 
 }  // namespace firn::plots

@@ -349,5 +349,20 @@ TEST(Plots, BarsStandOnZero) {
     }
 }
 
+TEST(Plots, ErrorsOfBarsAreWithinTheAxis) {
+  for (const double error : {0.5, 1.0, 2.3, 40.0}) {
+    SCOPED_TRACE(error);
+    BarPlot plot;
+    plot.y = {"torque", "N m", false, {}, {}};
+    plot.categories = {"slow", "fast"};
+    plot.series = {{"mean", {1.5, 0.3}, {error, 0.1}}};
+    double highest = 0;
+    for (const std::string& text : texts(draw(plot)))
+      if (text.find_first_not_of("0123456789.") == std::string::npos && !text.empty())
+        highest = std::max(highest, std::stod(text));
+    EXPECT_GE(highest, 1.5 + error - 1e-9);
+  }
+}
+
 }  // namespace
 }  // namespace firn::plots
