@@ -90,8 +90,13 @@ CategoryLabels category_labels(const BarPlot& plot) {
   return turned_labels(names, axis, plot.width);
 }
 
-// Of the bars of one series: place value error low high.
-std::vector<std::array<double, 5>> bar_rows(const BarPlot& plot, std::size_t k, double width) {
+// One bar: columns of gnuplot's data.
+using BarRow = std::array<double, 6>;  // place, value, ends of the error, ends of the interval
+
+// The bars of one series. Errors and intervals begin at the end of the axis, `low`, where they
+// reach below it: gnuplot would leave their upper ends out of its range.
+std::vector<BarRow> bar_rows(const BarPlot& plot, std::size_t k, double width,
+                             std::optional<double> low) {
   const BarSeries& s = plot.series[k];
   require_consistent(s.values.size() == plot.categories.size() &&
                          (s.errors.empty() || s.errors.size() == s.values.size()) &&
@@ -99,34 +104,33 @@ std::vector<std::array<double, 5>> bar_rows(const BarPlot& plot, std::size_t k, 
                          s.low.size() == s.high.size(),
                      "a series of bars is not as long as the categories");
   const double middle = (static_cast<double>(plot.series.size()) - 1) / 2;
-  std::vector<std::array<double, 5>> rows;
+  const auto end = [&](double value) { return drawn(plot.y, low && value < *low ? *low : value); };
+  std::vector<BarRow> rows;
   for (std::size_t i = 0; i < s.values.size(); ++i) {
-    if (!shown(plot.y, s.values[i])) continue;
-    rows.push_back({static_cast<double>(i) + (static_cast<double>(k) - middle) * width, s.values[i],
-                    value_at(s.errors, i), drawn(plot.y, value_at(s.low, i)),
-                    drawn(plot.y, value_at(s.high, i))});
+    const double value = s.values[i], error = value_at(s.errors, i);
+    if (!shown(plot.y, value)) continue;
+    rows.push_back({static_cast<double>(i) + (static_cast<double>(k) - middle) * width, value,
+                    end(value - error), end(value + error), end(value_at(s.low, i)),
+                    end(value_at(s.high, i))});
   }
   return rows;
 }
 
 void add_bars(std::vector<std::string>& commands, const Drawing& drawing, const BarSeries& s,
-              const std::vector<std::array<double, 5>>& rows, int k, double width,
-              std::optional<double> low) {
+              const std::vector<BarRow>& rows, int k, double width) {
   const std::string file = drawing.data(fmt::format("bars{}", k), rows);
   commands.push_back(
       fmt::format("{0} using 1:2:({1}) with boxes lc rgb {3} fillstyle transparent solid {2} "
                   "border lc rgb {3} title {4}",
                   file, 0.92 * width, k % 2 ? "0.12" : "0.75", series_color(k),
                   encode::gnuplot(legend_name(s.name))));
-  // From the axis on where they begin below it: gnuplot would leave their upper ends out of its
-  // range.
   if (!s.errors.empty())
+    commands.push_back(
+        fmt::format("{} using 1:3:(0):($4-$3) with vectors nohead lc rgb {} lw 1.6 notitle", file,
+                    color::text));
+  if (std::ranges::any_of(rows, [](const BarRow& row) { return std::isfinite(row[4] + row[5]); }))
     commands.push_back(fmt::format(
-        "{0} using 1:({1}):(0):($2+$3-({1})) with vectors nohead lc rgb {2} lw 1.6 notitle", file,
-        low ? fmt::format("$2-$3<{0:.17g}?{0:.17g}:$2-$3", *low) : "$2-$3", color::text));
-  if (std::ranges::any_of(rows, [](const auto& row) { return std::isfinite(row[3] + row[4]); }))
-    commands.push_back(fmt::format(
-        "{} using 1:4:(0):($5-$4) with vectors heads size screen 0.006,90 lc rgb {} lw 1.6 "
+        "{} using 1:5:(0):($6-$5) with vectors heads size screen 0.006,90 lc rgb {} lw 1.6 "
         "notitle",
         file, color::text));
 }
@@ -161,9 +165,9 @@ std::string draw(const BarPlot& plot) {
   const Extent y = bar_extent(plot);
   std::vector<std::string> commands;
   for (std::size_t k = 0; k < plot.series.size(); ++k) {
-    const std::vector<std::array<double, 5>> rows = bar_rows(plot, k, width);
+    const std::vector<BarRow> rows = bar_rows(plot, k, width, y.axis().low);
     if (!rows.empty())
-      add_bars(commands, drawing, plot.series[k], rows, static_cast<int>(k), width, y.axis().low);
+      add_bars(commands, drawing, plot.series[k], rows, static_cast<int>(k), width);
   }
   if (commands.empty()) return drawing.empty_plot(plot.x_label, axis_title(plot.y));
   const Axis x = {plot.x_label, "", false, -0.6, static_cast<double>(plot.categories.size()) - 0.4};

@@ -349,19 +349,27 @@ TEST(Plots, BarsStandOnZero) {
     }
 }
 
-TEST(Plots, ErrorsOfBarsAreWithinTheAxis) {
-  for (const double error : {0.5, 1.0, 2.3, 40.0}) {
-    SCOPED_TRACE(error);
-    BarPlot plot;
-    plot.y = {"torque", "N m", false, {}, {}};
-    plot.categories = {"slow", "fast"};
-    plot.series = {{"mean", {1.5, 0.3}, {error, 0.1}}};
-    double highest = 0;
-    for (const std::string& text : texts(draw(plot)))
-      if (text.find_first_not_of("0123456789.") == std::string::npos && !text.empty())
-        highest = std::max(highest, std::stod(text));
-    EXPECT_GE(highest, 1.5 + error - 1e-9);
-  }
+// Also where they begin below it.
+TEST(Plots, ErrorsAndIntervalsOfBarsAreWithinTheAxis) {
+  for (const double error : {0.5, 1.0, 2.3, 40.0})
+    for (const bool interval : {false, true}) {
+      SCOPED_TRACE(fmt::format("{} {}", error, interval));
+      BarPlot plot;
+      plot.y = {"torque", "N m", false, {}, {}};
+      plot.categories = {"slow", "fast"};
+      plot.series = {{"mean", {1.5, 0.3}}};
+      if (interval) {
+        plot.series[0].low = {1.5 - error, 0.2};
+        plot.series[0].high = {1.5 + error, 0.4};
+      } else {
+        plot.series[0].errors = {error, 0.1};
+      }
+      double highest = 0;
+      for (const std::string& text : texts(draw(plot)))
+        if (text.find_first_not_of("0123456789.") == std::string::npos && !text.empty())
+          highest = std::max(highest, std::stod(text));
+      EXPECT_GE(highest, 1.5 + error - 1e-9);
+    }
 }
 
 }  // namespace
