@@ -126,6 +126,13 @@ HalfSpace strip(const Point& a, const Point& b, bool internal = false) {
   return {normal, normal.dot(Vec3(a.x(), 0, a.y())), internal};
 }
 
+// The pieces that lie in a half at least in part, of `count` along the chord: first and one past
+// the last.
+std::pair<int, int> half_range(CrescentParameters::Half half, int count) {
+  return {half == CrescentParameters::Half::right ? count / 2 : 0,
+          half == CrescentParameters::Half::left ? (count + 1) / 2 : count};
+}
+
 std::vector<std::vector<HalfSpace>> pieces_of(const CrescentParameters& p) {
   const int along = strips_for(p.facets).along;
   const auto bottom = Arc(p).polygon(std::min(p.arc_segments, along), along);
@@ -141,9 +148,12 @@ std::vector<std::vector<HalfSpace>> pieces_of(const CrescentParameters& p) {
 
   std::vector<HalfSpace> tops;
   for (int i = 0; i < p.parts; ++i) tops.push_back(strip(top[i + 1], top[i]));
+  if (p.half == CrescentParameters::Half::left) common.push_back({Vec3::UnitX(), 0, false});
+  if (p.half == CrescentParameters::Half::right) common.push_back({-Vec3::UnitX(), 0, false});
+  const auto [first, end] = half_range(p.half, p.parts);
   std::vector<std::vector<HalfSpace>> pieces(p.parts, common);
-  for (int i = 0; i < p.parts; ++i) pieces[i].push_back(tops[i]);
-  for (int i = 1; i < p.parts; ++i) {
+  for (int i = first; i < end; ++i) pieces[i].push_back(tops[i]);
+  for (int i = first + 1; i < end; ++i) {
     // A cut holds the seam of two tops and halves their angle, so that the two tops still meet on
     // it after both were moved inwards.
     const Vec3 up = (tops[i - 1].normal + tops[i].normal).normalized();
@@ -152,7 +162,7 @@ std::vector<std::vector<HalfSpace>> pieces_of(const CrescentParameters& p) {
     pieces[i - 1].push_back({right, offset, true});
     pieces[i].push_back({-right, -offset, true});
   }
-  return pieces;
+  return {pieces.begin() + first, pieces.begin() + end};
 }
 
 }  // namespace
@@ -160,14 +170,15 @@ std::vector<std::vector<HalfSpace>> pieces_of(const CrescentParameters& p) {
 TriangleMesh crescent_mesh(const CrescentParameters& p) {
   check(p);
   const auto [along, across] = strips_for(p.facets);
+  const auto [first, last] = half_range(p.half, along);  // `along` is even
   const Arc arc(p);
   TriangleMesh mesh;
   // Vertices by side (0: top, 1: bottom), then along the chord, then across the width.
-  const auto vertex = [across = across, along = along](int side, int i, int j) {
-    return (side * (along + 1) + i) * (across + 1) + j;
+  const auto vertex = [across = across, first = first, last = last](int side, int i, int j) {
+    return (side * (last - first + 1) + i - first) * (across + 1) + j;
   };
   for (int side = 0; side < 2; ++side) {
-    for (int i = 0; i <= along; ++i) {
+    for (int i = first; i <= last; ++i) {
       const double x = p.chord * (static_cast<double>(i) / along - 0.5);
       const Point point = side ? arc.corner(i, along, arc.radius) : Point(x, top_height(p, x));
       const double half_width = p.width / 2 + point.y() * std::tan(p.draft);
@@ -180,7 +191,7 @@ TriangleMesh crescent_mesh(const CrescentParameters& p) {
     mesh.triangles.push_back({a, b, c});
     mesh.triangles.push_back({a, c, d});
   };
-  for (int i = 0; i < along; ++i) {
+  for (int i = first; i < last; ++i) {
     for (int j = 0; j < across; ++j) {
       quad(vertex(0, i, j), vertex(0, i + 1, j), vertex(0, i + 1, j + 1), vertex(0, i, j + 1));
       quad(vertex(1, i, j), vertex(1, i, j + 1), vertex(1, i + 1, j + 1), vertex(1, i + 1, j));
@@ -190,9 +201,9 @@ TriangleMesh crescent_mesh(const CrescentParameters& p) {
          vertex(0, i + 1, across));
   }
   for (int j = 0; j < across; ++j) {
-    quad(vertex(1, 0, j), vertex(0, 0, j), vertex(0, 0, j + 1), vertex(1, 0, j + 1));
-    quad(vertex(1, along, j), vertex(1, along, j + 1), vertex(0, along, j + 1),
-         vertex(0, along, j));
+    quad(vertex(1, first, j), vertex(0, first, j), vertex(0, first, j + 1),
+         vertex(1, first, j + 1));
+    quad(vertex(1, last, j), vertex(1, last, j + 1), vertex(0, last, j + 1), vertex(0, last, j));
   }
   return mesh;
 }
@@ -207,9 +218,10 @@ Shape make_crescent(const CrescentParameters& p, const ShapeOptions& options) {
   }
   for (const auto& piece : pieces) add_part(shape, piece);
   compute_bounding_radius(shape);
-  for (int i = 0; i < p.parts; ++i) {
+  const int parts = static_cast<int>(pieces.size());
+  for (int i = 0; i < parts; ++i) {
     std::uint64_t mask = 0;
-    for (int j = std::max(i - 1, 0); j <= std::min(i + 1, p.parts - 1); ++j) {
+    for (int j = std::max(i - 1, 0); j <= std::min(i + 1, parts - 1); ++j) {
       mask |= std::uint64_t{1} << j;
     }
     shape.part_neighbors.push_back(mask);

@@ -132,15 +132,22 @@ class ShapeReader {
   Shape crescent(const TomlTable& t, const std::string& name) {
     t.allow({"kind", "material", "mass", "rounding", "stiffness", "stiffness_length", "variant",
              "chord", "thickness", "depth", "tip_height", "top_concavity_depth", "draft", "facets",
-             "parts", "arc_segments"});
+             "parts", "arc_segments", "half"});
     ShapeOptions o = options(t, name);
     auto [p, mass] = read_crescent(t);
+    if (t.has("half")) {
+      p.half = t.choice("half", {"left", "right"}, "left") == "left"
+                   ? CrescentParameters::Half::left
+                   : CrescentParameters::Half::right;
+      mass /= 2;
+    }
     p.parts = t.integer("parts", 1, p.parts);
     p.arc_segments = t.integer("arc_segments", 1, p.arc_segments);
     if (o.mass == 0) o.mass = mass;
-    const std::string description = fmt::format(
-        "crescent {} {} {} {} {} {} {} {} {} {}", p.chord, p.width, p.depth, p.tip_height,
-        p.top_concavity_depth, p.draft, p.facets, p.parts, p.arc_segments, options_text(o));
+    const std::string description =
+        fmt::format("crescent {} {} {} {} {} {} {} {} {} {} {}", p.chord, p.width, p.depth,
+                    p.tip_height, p.top_concavity_depth, p.draft, p.facets, p.parts, p.arc_segments,
+                    static_cast<int>(p.half), options_text(o));
     return made_at(t, "", [&, &parameters = p] {
       return latest_or_made(description, [&] { return make_crescent(parameters, o); });
     });

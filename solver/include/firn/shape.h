@@ -69,6 +69,8 @@ Shape make_compound(const std::vector<Component>& components, const ShapeOptions
 // The parametric crescent of an icemaker. Axes: x chord, y width, z up; the water line is at z = 0,
 // the bottom of the arc at z = -depth. docs/shapes.md has the drawing.
 struct CrescentParameters {
+  enum class Half { none, left, right };  // left: x < 0
+
   double chord = 60.96e-3;            // m, along x
   double width = 20.574e-3;           // m, along y, at the water line
   double depth = 13.716e-3;           // m, along z
@@ -78,6 +80,7 @@ struct CrescentParameters {
   int facets = 1272;                  // number of triangles of the mesh, rounded to an even number
   int parts = 4;                      // convex pieces along the chord, for contact
   int arc_segments = 12;              // flat pieces of the outer arc, for contact
+  Half half = Half::none;             // of the crescent above, cut at x = 0; none: all of it
 
   bool operator==(const CrescentParameters&) const = default;
 };

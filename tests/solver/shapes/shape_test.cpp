@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "solver/shapes/shape_builder.h"
+#include "tests/support/dice.h"
 #include "tests/support/error_of.h"
 
 namespace firn {
@@ -267,6 +268,46 @@ TEST(CrescentParts, FlatTopIsCutUpright) {
   const Shape s = make_crescent(p, ice(1e-3));
   for (const Vec3& n : s.parts[1].internal_normals) EXPECT_EQ(std::abs(n.x()), 1);
   EXPECT_NEAR(core_volume(make_crescent(p, ice(0))), s.volume, 1e-3 * s.volume);
+}
+
+TEST(CrescentHalf, BothMakeUpTheWhole) {
+  using Half = CrescentParameters::Half;
+  Dice dice(11);
+  const auto whole_number = [&](int low, int high) {
+    return static_cast<int>(dice(low, high + 0.999));
+  };
+  for (int trial = 0; trial < 12; ++trial) {
+    CrescentParameters p;
+    p.chord = dice(30e-3, 80e-3);
+    p.width = dice(12e-3, 30e-3);
+    p.depth = dice(8e-3, 14e-3);
+    p.top_concavity_depth = std::max(0.0, dice(-1e-3, 2e-3));
+    p.draft = dice(0, 0.1);
+    p.facets = whole_number(20, 1500);
+    p.parts = whole_number(1, 12);
+    p.arc_segments = whole_number(2, 20);
+    SCOPED_TRACE(testing::Message() << "trial " << trial << ", " << p.parts << " parts");
+    const Shape whole = make_crescent(p, ice(2e-4));
+    std::vector<Component> halves;
+    double of_parts = 0;
+    for (const Half half : {Half::left, Half::right}) {
+      p.half = half;
+      const Shape s = make_crescent(p, ice(2e-4));
+      EXPECT_TRUE(inspect(s.mesh).is_valid()) << inspect(s.mesh).to_message();
+      EXPECT_NEAR(s.mass, whole.mass / 2, 1e-12 * whole.mass);
+      EXPECT_EQ(s.centroid.x() < 0, half == Half::left);
+      EXPECT_EQ(static_cast<int>(s.parts.size()), (p.parts + 1) / 2);
+      EXPECT_LT(s.surface_deviation, whole.surface_deviation + 1e-4);
+      of_parts += core_volume(make_crescent(p, ice(0)));
+      halves.push_back({s, {Mat3::Identity(), Vec3::Zero()}});
+    }
+    const Shape both = make_compound(halves, ice());
+    EXPECT_LT((both.centroid - whole.centroid).norm(), 1e-15);
+    EXPECT_LT((both.inertia - whole.inertia).norm(), 1e-12 * whole.inertia.norm());
+    p.half = Half::none;
+    const double volume = core_volume(make_crescent(p, ice(0)));
+    EXPECT_NEAR(of_parts, volume, 1e-9 * volume);
+  }
 }
 
 TEST(Crescent, ImpossibleOnesAreRefused) {
