@@ -159,15 +159,10 @@ void add_columns(const std::vector<TagRule>& rules, const std::vector<int>& tag,
 // `passed`: s, of each particle; NaN: not yet.
 void add_since_stages(const std::vector<Stage>& stages, const std::vector<StageRecord>& begun,
                       const std::vector<double>& passed, const std::string& name, Out& out) {
-  for (std::size_t k = 1; k < stages.size(); ++k) {
-    double count = kUndefined;
-    if (k < begun.size())
-      count = static_cast<double>(
-          std::ranges::count_if(passed, [&](double time) { return time >= begun[k].start; }));
-    out.add(name + "count_since_" + stages[k].name, {count}, "1",
+  for (std::size_t k = 1; k < stages.size(); ++k)
+    out.add(name + "count_since_" + stages[k].name, {count_since(begun, k, passed)}, "1",
             "particles whose center has passed the sensor since the stage began; undefined: it did "
             "not begin");
-  }
 }
 
 void add_sensor(const Recording& recording, const std::vector<StageRecord>& stages,

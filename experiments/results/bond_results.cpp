@@ -96,12 +96,16 @@ std::vector<Response> bond_responses(const Recording& recording, const Case& c) 
   }
   std::ranges::sort(times);
   std::vector<Response> out;
-  const auto add = [&](const char* name, std::vector<double> value, const char* unit,
+  const auto add = [&](const std::string& name, std::vector<double> value, const char* unit,
                        const char* method) {
     out.push_back({name, std::move(value), {}, unit, method, 1});
   };
   add("bonds_count", {joined}, "1", "bonds whose two bodies have come");
   add("bonds_broken_count", {static_cast<double>(times.size())}, "1", "of them, that broke");
+  const std::vector<StageRecord> begun = recording.stages();
+  for (std::size_t k = 1; k < c.stages.size(); ++k)
+    add("bonds_broken_count_since_" + c.stages[k].name, {count_since(begun, k, times)}, "1",
+        "those that broke since the stage began; undefined: it did not begin");
   add("bonds_broken_by_mode", by_mode, "1", "in tension, bending, shear, torsion");
   if (!times.empty()) add("bond_breaks", times, "s", "when they broke, ascending");
   return out;

@@ -240,6 +240,13 @@ Frame Recording::frame(std::size_t i) const {
   return frame;
 }
 
+double count_since(const std::vector<StageRecord>& begun, std::size_t stage,
+                   const std::vector<double>& times) {
+  if (stage >= begun.size()) return kUndefined;
+  return static_cast<double>(
+      std::ranges::count_if(times, [&](double time) { return time >= begun[stage].start; }));
+}
+
 std::vector<StageRecord> Recording::stages() const {
   return impl_->guarded([&] {
     const hdf5::File& file = impl_->file;

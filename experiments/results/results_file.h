@@ -29,6 +29,10 @@ struct StageRecord {
   // "settled", "empty", "time", "time limit", "end of the case", ...; empty during the stage.
   std::string end_reason;
 };
+// How many of `times` (s) lie at or after the begin of a stage, by its number in the case; NaN if
+// it did not begin. `begun`: stages in order.
+double count_since(const std::vector<StageRecord>& begun, std::size_t stage,
+                   const std::vector<double>& times);
 
 // A time series with one row per frame.
 struct Series {
