@@ -30,8 +30,14 @@ struct Fill {
 
 // Particles inserted in batches at given positions ([[inlets]]): cubes in the cavities of a mold.
 struct Inlet {
-  std::string name, shape;
-  std::vector<Vec3> positions;  // m, centers of mass, world; one particle each per batch
+  std::string name;
+  // Particles at each place, as their shapes are drawn in common axes: one, or pieces of one body.
+  struct Piece {
+    std::string shape;
+    Vec3 offset = Vec3::Zero();  // m, shape axes, center of mass from that of all pieces
+  };
+  std::vector<Piece> pieces;
+  std::vector<Vec3> positions;  // m, places: centers of mass of all pieces, world
   Quat orientation = Quat::Identity();
   Vec3 velocity = Vec3::Zero();               // m/s, initial
   Vec3 position_jitter = Vec3::Zero();        // m, half-widths of a uniform distribution
@@ -43,6 +49,8 @@ struct Inlet {
   double start = 0, interval = 0;  // s
   int batches = 1;                 // at most
   std::string stage;               // as of a fill
+
+  std::size_t batch_size() const { return positions.size() * pieces.size(); }  // particles
 };
 
 // A region of space in which particles are counted: a box, or the half-space into which `normal`

@@ -124,9 +124,11 @@ void add_coming_particles(Case& c) {
     c.model.particles.insert(c.model.particles.end(), count, Particle{index, tag});
   };
   for (const Fill& fill : c.fills) add(fill.shape, static_cast<std::size_t>(fill.count), fill.tag);
-  for (const Inlet& source : c.inlets)
-    add(source.shape, static_cast<std::size_t>(source.batches) * source.positions.size(),
-        source.tag);
+  for (const Inlet& source : c.inlets) {
+    const std::size_t places = static_cast<std::size_t>(source.batches) * source.positions.size();
+    for (std::size_t place = 0; place < places; ++place)
+      for (const Inlet::Piece& piece : source.pieces) add(piece.shape, 1, source.tag);
+  }
 }
 
 // Every pair of materials that can meet must have a contact law.

@@ -93,13 +93,13 @@ std::optional<std::string> ParticleFlow::place_due(Solver& solver, const Current
 std::optional<std::string> ParticleFlow::insert_inlet_batch(Solver& solver, std::size_t number) {
   const Inlet& source = case_.inlets[number];
   std::uint64_t& placed = state.inlet_batches[number];
-  const int count = static_cast<int>(source.positions.size());
+  const int count = static_cast<int>(source.batch_size());
   const int first = first_of_source_[number] + static_cast<int>(placed) * count;
-  const int shape = case_.model.particles[index(first)].shape;
   const int particles = static_cast<int>(case_.model.particles.size());
   std::vector<InletPose> poses;
   for (int i = 0; i < count; ++i) {
     poses.push_back(inlet_pose(source, index(i), first + i, case_.seed));
+    const int shape = case_.model.particles[index(first + i)].shape;
     const auto body =
         solver.obstacle(shape, poses.back().position, poses.back().orientation, -kSeat);
     if (!body) continue;

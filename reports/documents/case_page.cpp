@@ -202,10 +202,14 @@ void add_schedule(page::Page& page, const Case& c) {
     fills.rows.push_back({"fill", f.shape, Cell(static_cast<double>(f.count)),
                           Cell(static_cast<double>(f.batch > 0 ? f.batch : f.count)), f.start,
                           f.interval, f.stage});
-  for (const Inlet& s : c.inlets)
-    fills.rows.push_back(
-        {"inlet " + s.name, s.shape, Cell(static_cast<double>(s.positions.size()) * s.batches),
-         Cell(static_cast<double>(s.positions.size())), s.start, s.interval, s.stage});
+  for (const Inlet& s : c.inlets) {
+    std::string shapes;
+    for (const Inlet::Piece& piece : s.pieces)
+      shapes += (shapes.empty() ? "" : " + ") + piece.shape;
+    const double batch = static_cast<double>(s.batch_size());
+    fills.rows.push_back({"inlet " + s.name, shapes, Cell(batch * s.batches), Cell(batch), s.start,
+                          s.interval, s.stage});
+  }
   if (!fills.rows.empty()) content.table(fills);
   content.properties(
       {{"longest duration", fmt::format("{:.4g} s", c.duration)},

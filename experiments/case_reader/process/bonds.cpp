@@ -37,7 +37,7 @@ Standing supported_particle(const Model& model, int particle, const Vec3& positi
 
 // The bodies of an inlet, batch by batch in the order of its places.
 struct InletBodies {
-  std::size_t places = 0;  // of a batch
+  std::size_t joined = 0;  // bodies in a row: the pieces of a place, else the places of a batch
   std::vector<Standing> bodies;
 };
 InletBodies read_inlet_bodies(const TomlTable& t, const Case& c) {
@@ -47,11 +47,12 @@ InletBodies read_inlet_bodies(const TomlTable& t, const Case& c) {
     t.fail("inlet", fmt::format("\"{}\" is not an inlet of the case; expected the name of one of "
                                 "[[inlets]]",
                                 name));
-  InletBodies inlet{source->positions.size(), {}};
+  const std::size_t pieces = source->pieces.size();
+  InletBodies inlet{pieces > 1 ? pieces : source->positions.size(), {}};
   int particle = first_inlet_particles(c)[static_cast<std::size_t>(source - c.inlets.begin())];
   for (int batch = 0; batch < source->batches; ++batch) {
-    for (std::size_t place = 0; place < inlet.places; ++place, ++particle) {
-      const InletPose pose = inlet_pose(*source, place, particle, c.seed);
+    for (std::size_t i = 0; i < source->batch_size(); ++i, ++particle) {
+      const InletPose pose = inlet_pose(*source, i, particle, c.seed);
       inlet.bodies.push_back(
           supported_particle(c.model, particle, pose.position, pose.orientation));
     }
@@ -61,11 +62,11 @@ InletBodies read_inlet_bodies(const TomlTable& t, const Case& c) {
 
 std::vector<Couple> neighbors_in_inlet(const TomlTable& t, const Case& c) {
   const InletBodies inlet = read_inlet_bodies(t, c);
-  if (inlet.places < 2)
+  if (inlet.joined < 2)
     t.fail("inlet", "places one body at a time; expected several, to be joined");
   std::vector<Couple> couples;
   for (std::size_t k = 1; k < inlet.bodies.size(); ++k)
-    if (k % inlet.places != 0) couples.push_back({inlet.bodies[k - 1], inlet.bodies[k]});
+    if (k % inlet.joined != 0) couples.push_back({inlet.bodies[k - 1], inlet.bodies[k]});
   return couples;
 }
 

@@ -107,6 +107,27 @@ std::vector<Vec3> grid_positions(const TomlTable& t) {
   return positions;
 }
 
+// `shape`: the body at each place, or the pieces that make it up as they are drawn.
+std::vector<Inlet::Piece> read_pieces(const TomlTable& t, const std::vector<Shape>& shapes) {
+  if (!t.is_list("shape"))
+    return {{shapes[index(shape_index(t, "shape", shapes))].name, Vec3::Zero()}};
+  std::vector<std::string_view> names;
+  for (const Shape& shape : shapes) names.push_back(shape.name);
+  std::vector<Inlet::Piece> pieces;
+  Vec3 moment = Vec3::Zero();  // kg m
+  double mass = 0;             // kg
+  for (const std::string& name : t.strings("shape")) {
+    const Shape& shape = shapes[index(index_of(t, "shape", name, names, "shape"))];
+    pieces.push_back({shape.name, shape.centroid});
+    moment += shape.mass * shape.centroid;
+    mass += shape.mass;
+  }
+  if (pieces.size() < 2)
+    t.fail("shape", "lists fewer than two pieces; expected the name of a shape, or of its pieces");
+  for (Inlet::Piece& piece : pieces) piece.offset -= moment / mass;
+  return pieces;
+}
+
 void read_region(const TomlTable& t, Vec3& lower, Vec3& upper) {
   lower = t.vector("region_min", dimension::length);
   upper = t.vector("region_max", dimension::length);
@@ -277,7 +298,7 @@ std::vector<Inlet> read_inlets(const TomlTable& root, const std::vector<Shape>& 
              "tag", "tag_mode", "start", "interval", "batches", "stage"});
     Inlet source;
     source.name = unique_table_name(t, inlets);
-    source.shape = shapes[static_cast<std::size_t>(shape_index(t, "shape", shapes))].name;
+    source.pieces = read_pieces(t, shapes);
     source.positions = grid_positions(t);
     source.orientation = t.orientation("orientation");
     source.velocity = t.vector("velocity", dimension::velocity, "0 0 0 m/s");
@@ -294,7 +315,7 @@ std::vector<Inlet> read_inlets(const TomlTable& root, const std::vector<Shape>& 
     if (source.batches > 1 && source.interval == 0)
       t.fail("interval", "is zero for several batches; expected the time between them");
     source.stage = t.has("stage") ? t.string("stage") : "";
-    if (static_cast<double>(source.batches) * static_cast<double>(source.positions.size()) >
+    if (static_cast<double>(source.batches) * static_cast<double>(source.batch_size()) >
         kMostParticles)
       t.fail("batches", fmt::format("makes more than {} bodies; expected fewer", kMostParticles));
     inlets.push_back(source);
@@ -305,7 +326,7 @@ std::vector<Inlet> read_inlets(const TomlTable& root, const std::vector<Shape>& 
 std::vector<int> first_inlet_particles(const Case& c) {
   std::size_t next = c.model.particles.size();
   const auto bodies = [](const Inlet& source) {
-    return static_cast<std::size_t>(source.batches) * source.positions.size();
+    return static_cast<std::size_t>(source.batches) * source.batch_size();
   };
   for (const Inlet& source : c.inlets) next -= bodies(source);
   std::vector<int> first;
@@ -316,16 +337,17 @@ std::vector<int> first_inlet_particles(const Case& c) {
   return first;
 }
 
-InletPose inlet_pose(const Inlet& source, std::size_t place, int particle, std::uint64_t seed) {
+InletPose inlet_pose(const Inlet& source, std::size_t number, int particle, std::uint64_t seed) {
+  const std::size_t pieces = source.pieces.size(), piece = number % pieces;
   Case::InitialParticle p;
-  p.particle = particle;
-  p.position = source.positions[place];
+  p.particle = particle - static_cast<int>(piece);  // the first piece has the place's jitter
+  p.position = source.positions[number / pieces];
   p.orientation = source.orientation;
   apply_jitter(p,
                {source.position_jitter, source.rotation_jitter, source.rotation_jitter_axis,
                 source.random_orientation},
                seed);
-  return {p.position, p.orientation};
+  return {p.position + p.orientation * source.pieces[piece].offset, p.orientation};
 }
 
 }  // namespace firn

@@ -27,9 +27,9 @@ struct InletPose {
   Vec3 position = Vec3::Zero();         // m, center of mass, world
   Quat orientation = Quat::Identity();  // shape axes -> world
 };
-// `place`: index into Inlet::positions; `particle`: id. Jitter is drawn from a separate random
-// stream for each particle.
-InletPose inlet_pose(const Inlet& source, std::size_t place, int particle, std::uint64_t seed);
+// `number`: of the particle in its batch, place by place; `particle`: its id. Jitter is drawn from
+// a separate random stream for each place.
+InletPose inlet_pose(const Inlet& source, std::size_t number, int particle, std::uint64_t seed);
 
 // The key `count` of a fill.
 int read_count(const TomlTable& table);

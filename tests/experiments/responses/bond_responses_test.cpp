@@ -10,6 +10,7 @@
 #include <random>
 
 #include "experiments/case_reader/case_from_results.h"
+#include "experiments/case_reader/process/insertion.h"
 #include "experiments/case_reader/process/sintering.h"
 #include "experiments/case_reader/read_case.h"
 #include "experiments/export/export.h"
@@ -104,6 +105,78 @@ TEST(BondCase, NeighborsOfEachBatchAreJoined) {
   // Turned by chance, joined as they stand: nothing is strained.
   Solver solver(c.model);
   EXPECT_EQ(read_case_text(c.resolved, "again", ".").resolved, c.resolved);
+}
+
+// A bar of 40 mm in two pieces of unequal length, drawn in axes that have their origin anywhere.
+std::string pieces(const std::string& more) {
+  return std::string(kBodies) + R"(
+[shapes.short]
+kind = "convex"
+material = "ice"
+vertices = ["5 2 1 mm", "5 22 1 mm", "5 2 21 mm", "5 22 21 mm", "20 2 1 mm", "20 22 1 mm", "20 2 21 mm", "20 22 21 mm"]
+[shapes.long]
+kind = "convex"
+material = "ice"
+vertices = ["20 2 1 mm", "20 22 1 mm", "20 2 21 mm", "20 22 21 mm", "45 2 1 mm", "45 22 1 mm", "45 2 21 mm", "45 22 21 mm"]
+[[inlets]]
+name = "mold"
+shape = ["short", "long"]
+position = "0 0 150 mm"
+grid = [3, 1, 1]
+spacing = "60 1 1 mm"
+interval = "0.2 s"
+batches = 2
+)" + more +
+         R"(
+[[bonds]]
+name = "middle"
+inlet = "mold"
+)" + kBridge;
+}
+
+TEST(BondCase, PiecesOfAPlaceAreJoinedAsTheyAreDrawn) {
+  for (const char* jitter : {"", "random_orientation = true",
+                             "position_jitter = \"3 3 3 mm\"\nrotation_jitter = \"5 deg\""}) {
+    SCOPED_TRACE(jitter);
+    for (const int seed : {1, 2, 3}) {
+      const Case c =
+          read_case_text(pieces(jitter), "bonds.toml", ".", {{"case.seed", std::to_string(seed)}});
+      ASSERT_EQ(c.model.particles.size(), 12u);
+      ASSERT_EQ(c.model.bonds.size(), 6u);
+      for (int place = 0; place < 6; ++place) {
+        const int first = 2 * place;
+        EXPECT_EQ(c.model.bonds[index(place)].a, first);
+        EXPECT_EQ(c.model.bonds[index(place)].b, first + 1);
+        EXPECT_EQ(shape_of(c.model, first).name, "short");
+        EXPECT_EQ(shape_of(c.model, first + 1).name, "long");
+        const Inlet& inlet = c.inlets.front();
+        const InletPose a = inlet_pose(inlet, index(first % 6), first, c.seed),
+                        b = inlet_pose(inlet, index(first % 6 + 1), first + 1, c.seed);
+        // Drawn 20 mm apart along x; 15 and 25 mm long.
+        EXPECT_LT((b.position - a.position - a.orientation * Vec3(20e-3, 0, 0)).norm(), 1e-15);
+        EXPECT_TRUE(a.orientation.coeffs() == b.orientation.coeffs());
+        const Vec3 center = (15 * a.position + 25 * b.position) / 40;
+        const Vec3 off = center - inlet.positions[index(place % 3)];
+        EXPECT_LE(off.cwiseAbs().maxCoeff(), *jitter == 'p' ? 3e-3 : 1e-15);
+      }
+      EXPECT_EQ(read_case_text(c.resolved, "again", ".").resolved, c.resolved);
+      Solver solver(c.model);
+    }
+  }
+}
+
+TEST(BondCase, PiecesAreRefusedByName) {
+  const auto with = [](const std::string& shape) {
+    std::string text = pieces("");
+    const std::string given = R"(shape = ["short", "long"])";
+    return text.replace(text.find(given), given.size(), "shape = " + shape);
+  };
+  EXPECT_THAT(complaint(with(R"(["short", "shrot"])")),
+              testing::AllOf(HasSubstr("bonds.toml:"), HasSubstr("shape"), HasSubstr("\"shrot\"")));
+  EXPECT_THAT(complaint(with(R"(["short"])")), HasSubstr("fewer than two pieces"));
+  EXPECT_THAT(complaint(with("[]")), HasSubstr("fewer than two pieces"));
+  EXPECT_THAT(complaint(with("[3, 4]")), HasSubstr("expected an array of strings"));
+  EXPECT_THAT(complaint(with("3")), HasSubstr("shape"));
 }
 
 TEST(BondCase, PairsGoByNumberOrTag) {
@@ -384,6 +457,37 @@ velocity = "0 0 -0.5 m/s"
       EXPECT_GE(count, 30u);
       EXPECT_EQ(c.model.bonds.size(), count) << radius;
     }
+  }
+}
+
+// The row breaks at one time or another; stages begin before, between and after.
+TEST_F(BondRun, BreaksAreCountedSinceEachStage) {
+  for (const char* duration : {"0.05 s", "0.13 s", "0.16 s", "0.3 s", "9 s"}) {
+    SCOPED_TRACE(duration);
+    const std::string stages = "[[stages]]\nname = \"fall\"\nmax_duration = \"" +
+                               std::string(duration) +
+                               "\"\n[[stages]]\nname = \"rest\"\nmax_duration = \"9 s\"\n";
+    const RunSummary summary = run(read(joined() + stages), options("stages.h5"));
+    ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
+    const auto response = [&](const std::string& name) {
+      for (const Response& r : summary.responses)
+        if (r.name == name) return r.value;
+      return std::vector<double>{};
+    };
+    const Recording recording(path("stages.h5"));
+    const std::vector<StageRecord> begun = recording.stages();
+    const std::vector<double> breaks = response("bond_breaks"),
+                              since = response("bonds_broken_count_since_rest");
+    ASSERT_FALSE(breaks.empty());
+    ASSERT_EQ(since.size(), 1u);
+    EXPECT_TRUE(response("bonds_broken_count_since_fall").empty());
+    if (begun.size() < 2) {
+      EXPECT_TRUE(std::isnan(since[0]));
+      continue;
+    }
+    double later = 0;
+    for (const double time : breaks) later += time >= begun[1].start ? 1 : 0;
+    EXPECT_EQ(since[0], later);
   }
 }
 
