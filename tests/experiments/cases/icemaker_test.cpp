@@ -1,9 +1,13 @@
 // The shipped icemaker at full size: its geometry, and that it works as a machine.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "experiments/case/case.h"
+#include "experiments/case_reader/process/insertion.h"
 #include "experiments/case_reader/read_case.h"
 #include "firn/solver.h"
+#include "tests/support/dice.h"
 
 namespace firn {
 namespace {
@@ -67,6 +71,36 @@ TEST(Icemaker, IsClosedAndHoldsItsCrescents) {
     // The clearance is 1 mm, less the flats of both arcs, 0.05 and 0.09 mm.
     EXPECT_FALSE(solver.overlaps(0, p.position, p.orientation, 0.8e-3));
     EXPECT_TRUE(solver.overlaps(0, p.position, p.orientation, 1.1e-3));
+  }
+}
+
+// Pressed in the middle between two supports, by slow enough a platen, a cube of two halves bears
+// F = 4 W sigma / l: W of the section, l between the supports. The contact of the halves at the
+// compressed edge adds some of it, and the way in which the cube bends.
+TEST(Icemaker, ACubeOfTwoHalvesBearsTheStrengthOfItsBond) {
+  const std::string file = std::string(FIRN_SOURCE_DIR) + "/cases/icemaker/bending_test.toml";
+  Dice dice(3);
+  for (int trial = 0; trial < 6; ++trial) {
+    const double strength = dice(0.03, 0.2);  // MPa
+    const std::string text = "\"" + std::to_string(strength) + " MPa\"";
+    const Case c =
+        read_case(file, {{"bonds.0.tensile_strength", text}, {"bonds.0.shear_strength", text}});
+    const BeamSection& section = c.model.beams[0].section;
+    const double modulus = section.inertia.y() / section.half_height, span = 44e-3;
+    Solver solver(c.model);
+    for (int piece = 0; piece < 2; ++piece) {
+      const InletPose pose = inlet_pose(c.inlets[0], index(piece), piece, c.seed);
+      solver.insert(piece, pose.position, pose.orientation, Vec3::Zero(), Vec3::Zero());
+    }
+    double largest = 0;
+    while (solver.bond(0).acts && solver.time() < 1) {
+      solver.step();
+      largest = std::max(largest, solver.frame_load(0).force.norm());
+    }
+    ASSERT_FALSE(solver.bond(0).acts);
+    const double expected = 4 * modulus * 1e6 * strength / span;
+    EXPECT_GT(largest, 0.95 * expected) << strength;
+    EXPECT_LT(largest, 1.25 * expected) << strength;
   }
 }
 
