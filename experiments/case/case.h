@@ -248,9 +248,16 @@ struct Case {
     double insert_time = 0;               // s; below 0: inserted in an earlier run
     int batch = -1;                       // of its fill or inlet in that run; -1: none
   };
-  std::vector<InitialParticle> placed;   // [initial_state], then [[particles]]
-  std::vector<FrameStart> frame_starts;  // of [initial_state], parents first
-  std::string start;                     // description of [initial_state]; empty: none
+  std::vector<InitialParticle> placed;  // [initial_state], then [[particles]]
+  // A bond of [[bonds]] of an earlier run that held there.
+  struct InitialBond {
+    std::string name;   // of the table
+    Bond bond;          // between particles of this case; without law
+    double length = 0;  // m, of its beam
+  };
+  std::vector<InitialBond> initial_bonds;  // of [initial_state]
+  std::vector<FrameStart> frame_starts;    // of [initial_state], parents first
+  std::string start;                       // description of [initial_state]; empty: none
   std::vector<Fill> fills;
   std::vector<Inlet> inlets;                            // particle ids after those of the fills
   std::vector<std::pair<int, int>> allow_overlap_with;  // pairs of boundaries

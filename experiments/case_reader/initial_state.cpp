@@ -10,6 +10,7 @@
 #include "experiments/case_reader/case_from_results.h"
 #include "experiments/case_reader/model/motion_frames.h"
 #include "experiments/case_reader/model/shapes.h"
+#include "experiments/results/bond_results.h"
 #include "experiments/results/results_file.h"
 
 namespace firn {
@@ -136,10 +137,8 @@ std::vector<std::size_t> chosen_particles(const TomlTable& t, const Earlier& ear
   return taken;
 }
 
-void fill_in_particles(const TomlTable& t, const Model& model, const Earlier& earlier) {
-  const Frame frame = earlier.recording.frame(earlier.row);
-  const std::vector<std::size_t> taken = chosen_particles(t, earlier, frame);
-  check_shapes(t, model, earlier, taken);
+void fill_in_particles(const TomlTable& t, const Earlier& earlier, const Frame& frame,
+                       const std::vector<std::size_t>& taken) {
   const Recording& r = earlier.recording;
   const std::vector<int> shape = r.shape(), tag = r.tag(), batch = r.batch();
   const std::vector<double> inserted = r.insert_time();
@@ -159,6 +158,32 @@ void fill_in_particles(const TomlTable& t, const Model& model, const Earlier& ea
                      vector_text(at(frame.angular_velocity[i]), dimension::angular_velocity)}});
   }
   t.set("particles", std::move(particles));
+}
+
+// Those between particles that are taken.
+void fill_in_bonds(const TomlTable& t, const Earlier& earlier, const Frame& frame,
+                   const std::vector<std::size_t>& taken) {
+  const Model& there = earlier.c.model;
+  std::vector<int> number(there.particles.size(), -1);  // in this case
+  for (std::size_t k = 0; k < taken.size(); ++k) number[taken[k]] = static_cast<int>(k);
+  toml::array bonds;
+  for (const BondBox& one :
+       intact_bonds_at(earlier.c, bond_outcomes(earlier.recording), earlier.time, frame)) {
+    const Bond& bond = there.bonds[index(one.bond)];
+    if (!is_particle(there, bond.b)) continue;
+    const int a = number[index(bond.a)], b = number[index(bond.b)];
+    if (a < 0 || b < 0) continue;
+    const BeamLaw& law = there.beams[index(bond.law)];
+    bonds.push_back(toml::table{{"name", law.name},
+                                {"a", a},
+                                {"b", b},
+                                {"length", si_text(law.length, dimension::length)},
+                                {"end_a", vector_text(bond.end_a, dimension::length)},
+                                {"end_b", vector_text(bond.end_b, dimension::length)},
+                                {"axes_a", orientation_list(bond.axes_a)},
+                                {"axes_b", orientation_list(bond.axes_b)}});
+  }
+  if (!bonds.empty() || t.has("bonds")) t.set("bonds", std::move(bonds));
 }
 
 // Coordinates mean the same: the same origin, and for a free frame the same axes and carrier.
@@ -237,7 +262,11 @@ void take_over(const TomlTable& t, const std::string& directory, const Model& mo
   });
   earlier.row = choose_frame(t, earlier);
   earlier.time = earlier.recording.frame_times()[earlier.row];
-  fill_in_particles(t, model, earlier);
+  const Frame frame = earlier.recording.frame(earlier.row);
+  const std::vector<std::size_t> taken = chosen_particles(t, earlier, frame);
+  check_shapes(t, model, earlier, taken);
+  fill_in_particles(t, earlier, frame, taken);
+  fill_in_bonds(t, earlier, frame, taken);
   fill_in_frames(t, model, earlier);
   t.set("file", file);
   t.set("time", si_text(earlier.time, dimension::time));
@@ -258,6 +287,27 @@ void read_placed(const TomlTable& t, Case& c) {
     c.model.particles.push_back({shape_index(one, "shape", c.model.shapes), one.integer("tag", 0)});
     c.placed.push_back(p);
     c.particle_places.push_back(t.place());
+  }
+}
+
+void read_initial_bonds(const TomlTable& t, Case& c) {
+  const int most = static_cast<int>(c.placed.size()) - 1;
+  for (const TomlTable& one : t.tables("bonds")) {
+    one.allow({"name", "a", "b", "length", "end_a", "end_b", "axes_a", "axes_b"});
+    Case::InitialBond bond;
+    bond.name = one.string("name");
+    bond.length = one.quantity("length", dimension::length, Sign::positive);
+    bond.bond.a = one.integer("a", 0, 0);
+    bond.bond.b = one.integer("b", 0, 0);
+    for (const auto& [key, body] : {std::pair{"a", bond.bond.a}, {"b", bond.bond.b}})
+      if (body > most)
+        one.fail(key, fmt::format("is {}; expected the number of one of the particles, at most {}",
+                                  body, most));
+    bond.bond.end_a = one.vector("end_a", dimension::length);
+    bond.bond.end_b = one.vector("end_b", dimension::length);
+    bond.bond.axes_a = one.orientation("axes_a");
+    bond.bond.axes_b = one.orientation("axes_b");
+    c.initial_bonds.push_back(bond);
   }
 }
 
@@ -306,7 +356,7 @@ void read_frame_starts(const TomlTable& t, Case& c) {
 void read_initial_state(const TomlTable& root, const std::string& directory, Case& c) {
   if (!root.has("initial_state")) return;
   const TomlTable t = root.required_table("initial_state");
-  t.allow({"file", "time", "tags", "batches", "particles", "motion_frames"});
+  t.allow({"file", "time", "tags", "batches", "particles", "bonds", "motion_frames"});
   // A resolved case holds the values from the results file. They are read again only if an override
   // changes the selection.
   const auto is_key_overridden = [&](const char* key) {
@@ -316,6 +366,7 @@ void read_initial_state(const TomlTable& root, const std::string& directory, Cas
       is_key_overridden("tags") || is_key_overridden("batches"))
     take_over(t, directory, c.model);
   read_placed(t, c);
+  read_initial_bonds(t, c);
   read_frame_starts(t, c);
   c.start = fmt::format("{} particles and {} motion frames of {} at {}", c.placed.size(),
                         c.frame_starts.size(), t.string("file"), t.string("time"));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <set>
@@ -204,10 +205,10 @@ std::vector<PlannedBond> bonds_at_contacts(const TomlTable& t, const Case& c) {
 
 // Exactly one key selects the bodies.
 void check_selection(const TomlTable& t) {
-  std::vector<std::string_view> ways = {"inlet", "pairs", "tags", "contacts"};
+  std::vector<std::string_view> ways = {"inlet", "pairs", "tags", "contacts", "initial_state"};
   if (t.has("boundary")) {
     ways = {"inlet", "particles"};
-    for (const char* key : {"pairs", "tags", "contacts"})
+    for (const char* key : {"pairs", "tags", "contacts", "initial_state"})
       if (t.has(key))
         t.fail(key, "is not a key of bonds to a boundary; expected inlet or particles");
     if (t.has("mold"))
@@ -231,6 +232,33 @@ bool at_contacts(const TomlTable& t) {
              "is not a key of bonds at contacts, which are round; expected a radius or a storage "
              "time");
   return true;
+}
+
+// The bonds of the earlier run with the name of the table.
+std::vector<Case::InitialBond> read_taken_bonds(const TomlTable& t, const Case& c) {
+  if (!t.boolean("initial_state", true))
+    t.fail("initial_state", "is false; expected true, or no such key");
+  for (const char* key : {"position", "height_direction"})
+    if (t.has(key))
+      t.fail(key, "is not a key of bonds of [initial_state], which stay where they are");
+  std::vector<Case::InitialBond> bonds;
+  std::ranges::copy_if(c.initial_bonds, std::back_inserter(bonds),
+                       [&](const Case::InitialBond& one) { return one.name == t.string("name"); });
+  if (bonds.empty())
+    t.fail("initial_state", fmt::format("no bond \"{}\" of [initial_state] holds; expected the "
+                                        "name of bonds that do",
+                                        t.string("name")));
+  return bonds;
+}
+
+// With another length the bond would be strained in the pose in which it was made.
+void check_same_length(const TomlTable& t, const BeamLaw& law, const Case::InitialBond& bond) {
+  constexpr double kSame = 1e-9;  // relative
+  if (std::abs(law.length - bond.length) <= kSame * bond.length) return;
+  t.fail(t.has("length") ? "length" : "",
+         fmt::format("is {:.6g} mm long, and the bonds of [initial_state] are {:.6g} mm long; "
+                     "expected the same",
+                     1e3 * law.length, 1e3 * bond.length));
 }
 
 // The ice in the channel through a mold's webs: section and length.
@@ -440,7 +468,6 @@ std::vector<PlannedBond> bonds_to_boundary(const TomlTable& t, const Case& c) {
 }
 
 std::vector<PlannedBond> read_planned_bonds(const TomlTable& t, const Case& c) {
-  check_selection(t);
   if (t.has("boundary")) return bonds_to_boundary(t, c);
   if (at_contacts(t)) return bonds_at_contacts(t, c);
   const std::vector<Couple> couples = read_couples(t, c);
@@ -461,6 +488,7 @@ std::vector<PlannedBond> read_planned_bonds(const TomlTable& t, const Case& c) {
 
 void read_bonds(const TomlTable& root, Case& c) {
   Model& model = c.model;
+  std::size_t left = c.initial_bonds.size();
   for (const TomlTable& t : root.tables("bonds")) {
     t.allow({"name",
              "enabled",
@@ -468,6 +496,7 @@ void read_bonds(const TomlTable& root, Case& c) {
              "pairs",
              "tags",
              "contacts",
+             "initial_state",
              "boundary",
              "particles",
              "direction",
@@ -488,8 +517,15 @@ void read_bonds(const TomlTable& root, Case& c) {
              "shear_strength",
              "damping_ratio",
              "lifetime"});
-    const std::vector<PlannedBond> planned = read_planned_bonds(t, c);
-    const int material = shape_of(model, planned.front().bodies.front().body).material;
+    check_selection(t);
+    std::vector<PlannedBond> planned;
+    std::vector<Case::InitialBond> taken;
+    if (t.has("initial_state"))
+      taken = read_taken_bonds(t, c);
+    else
+      planned = read_planned_bonds(t, c);
+    const int first = taken.empty() ? planned.front().bodies.front().body : taken.front().bond.a;
+    const int material = shape_of(model, first).material;
     const BeamLaw law = read_law(root, t, model.materials[index(material)]);
     const bool enabled = t.boolean("enabled", true);
     if (std::ranges::find(model.beams, law.name, &BeamLaw::name) != model.beams.end())
@@ -504,7 +540,14 @@ void read_bonds(const TomlTable& root, Case& c) {
       // Bodies in contact need no bridge that reaches them.
       if (!t.has("contacts")) check_reach(t, model, model.bonds.back(), law);
     }
+    left -= taken.size();
+    for (const Case::InitialBond& one : taken) {
+      check_same_length(t, law, one);
+      model.bonds.push_back(one.bond);
+      model.bonds.back().law = number;
+    }
   }
+  if (left > 0) c.start += fmt::format("; {} bonds that held there are left behind", left);
 }
 
 }  // namespace firn

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <filesystem>
@@ -27,6 +28,7 @@ namespace firn {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 constexpr const char* kBodies = R"(
 [case]
@@ -458,6 +460,73 @@ velocity = "0 0 -0.5 m/s"
       EXPECT_EQ(c.model.bonds.size(), count) << radius;
     }
   }
+}
+
+// Two pairs fly, spin and swing in their bonds. From a frame on the way, with the bonds that held,
+// they move as they did without a stop.
+TEST_F(BondRun, BondsOfAnInitialStateKeepTheirStrain) {
+  const std::string bond =
+      "width = \"4 mm\"\nheight = \"3 mm\"\nlength = \"5 mm\"\ntensile_strength = \"9 GPa\"\n"
+      "shear_strength = \"9 GPa\"\ndamping_ratio = 0.01\n";
+  const std::string head = std::string(kBodies) + "[output]\nframe_interval = \"1 ms\"\n";
+  std::string flying = head;
+  int tag = 0;
+  for (const char* spin : {"3 40 -20 rad/s", "-30 5 10 rad/s"}) {
+    for (const char* x : {"0", "25"}) {
+      flying += "[[particles]]\nshape = \"cube\"\ntag = " + std::to_string(tag) +
+                "\nposition = \"" + x + (tag < 2 ? " -200" : " -400") +
+                " 900 mm\"\nangular_velocity = \"" + spin + "\"\n";
+      ++tag;
+    }
+  }
+  const std::string first = flying + "[[bonds]]\nname = \"b\"\npairs = [[0, 1], [2, 3]]\n" + bond;
+  ASSERT_EQ(run(read_case_text(first, "c.toml", path(""), {{"case.duration", "0.1 s"}}),
+                options("first.h5"))
+                .status,
+            RunStatus::finished);
+  const auto from = [&](const std::string& more, const std::string& table) {
+    return head + "[initial_state]\nfile = \"first.h5\"\ntime = \"0.06 s\"\n" + more + table;
+  };
+  const std::string taken = "[[bonds]]\nname = \"b\"\ninitial_state = true\n";
+  const Case c =
+      read_case_text(from("", taken + bond), "c.toml", path(""), {{"case.duration", "0.04 s"}});
+  ASSERT_EQ(c.model.bonds.size(), 2u);
+  EXPECT_THAT(c.start, Not(HasSubstr("left behind")));
+  EXPECT_EQ(read_case_text(c.resolved, "again", path("")).resolved, c.resolved);
+  ASSERT_EQ(run(c, options("second.h5")).status, RunStatus::finished);
+  const Recording one(path("first.h5")), two(path("second.h5"));
+  const Frame a = one.frame(one.frame_count() - 1), b = two.frame(two.frame_count() - 1);
+  const std::vector<double> times = one.frame_times();
+  const double start =
+      *std::ranges::min_element(times, {}, [](double time) { return std::abs(time - 0.06); });
+  const double late = times.back() - start - two.frame_times().back();  // s, of the first run
+  const double swing = two.series("/energy/elastic").front();
+  EXPECT_GT(swing, 1e-6);  // J, in the bonds at the start
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double there = a.position[i][k] - late * a.velocity[i][k];
+      EXPECT_NEAR(there, b.position[i][k], 5e-6) << i;
+    }
+  }
+
+  // Without the table, with one body of a pair, with another bond.
+  EXPECT_THAT(read_case_text(from("", ""), "c.toml", path("")).start,
+              HasSubstr("2 bonds that held there are left behind"));
+  const Case half = read_case_text(from("tags = [0, 2, 3]\n", taken + bond), "c.toml", path(""));
+  ASSERT_EQ(half.model.bonds.size(), 1u);
+  EXPECT_EQ(half.model.bonds[0].a, 1);
+  EXPECT_EQ(half.model.bonds[0].b, 2);
+  const auto refusal = [&](const std::string& table) {
+    return test::error_of([&] { read_case_text(from("", table), "c.toml", path("")); });
+  };
+  std::string longer = bond;
+  longer.replace(longer.find("5 mm"), 4, "6 mm");
+  EXPECT_THAT(refusal(taken + longer),
+              HasSubstr("length: is 6 mm long, and the bonds of [initial_state] are 5 mm"));
+  EXPECT_THAT(refusal("[[bonds]]\nname = \"c\"\ninitial_state = true\n" + bond),
+              HasSubstr("no bond \"c\" of [initial_state] holds"));
+  EXPECT_THAT(refusal(taken + "position = \"0 0 1 mm\"\n" + bond), HasSubstr("position"));
+  EXPECT_THAT(refusal(taken + "pairs = [[0, 1]]\n" + bond), HasSubstr("expected exactly one"));
 }
 
 // The row breaks at one time or another; stages begin before, between and after.
