@@ -1,6 +1,7 @@
 // Scenes of cases and of results files.
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <list>
 
 #include "experiments/case_reader/case_from_results.h"
@@ -24,6 +25,12 @@ std::vector<ScenePicture::Wall> walls_at_start(const Case& c, const Solver& star
     result.push_back({b.name, {&b.mesh, {rotation, walls[i].position}}});
   }
   return result;
+}
+
+// A bond about as thick as its bodies joins pieces of one body: the pieces show it.
+bool is_within_its_bodies(const Model& model, const BondBox& bond) {
+  const Shape& shape = shape_of(model, model.bonds[index(bond.bond)].a);
+  return std::min(bond.size.y(), bond.size.z()) > 0.5 * middle_edge(shape);
 }
 
 }  // namespace
@@ -98,7 +105,9 @@ ScenePicture RecordedScenes::scene(std::size_t index) {
   picture.subtitle = fmt::format("at {:.4g} s, {} of {} bodies", times[index],
                                  picture.particles.size(), frame.position.size());
   impl_->bridges.clear();
-  for (const BondBox& bridge : intact_bonds_at(c, impl_->outcomes, times[index], frame)) {
+  const std::vector<BondBox> bonds = intact_bonds_at(c, impl_->outcomes, times[index], frame);
+  for (const BondBox& bridge : bonds) {
+    if (is_within_its_bodies(c.model, bridge)) continue;
     impl_->bridges.push_back(box_mesh(bridge.size));
     picture.particles.push_back(
         {&impl_->bridges.back(), {bridge.orientation.toRotationMatrix(), bridge.position}});
@@ -106,7 +115,8 @@ ScenePicture RecordedScenes::scene(std::size_t index) {
         tags[static_cast<std::size_t>(c.model.bonds[static_cast<std::size_t>(bridge.bond)].a)]);
   }
   if (!c.model.bonds.empty()) {
-    picture.subtitle += fmt::format(", {} bonds hold", impl_->bridges.size());
+    picture.subtitle += bonds.size() == 1 ? std::string(", 1 bond holds")
+                                          : fmt::format(", {} bonds hold", bonds.size());
   }
   return picture;
 }
