@@ -107,7 +107,10 @@ BeamLoad strained(const Model& model, BondWorkspace& w, State& s, std::size_t nu
   const BondMode mode = over ? BondMode::lifetime : failure_mode(law, stress);
   if (mode != BondMode::intact) {
     record = {mode, now, over ? 0 : breaking_stress(stress, mode), middle_of(a, pose), record.made};
-    w.lost[number] = elastic_energy(w.stiffness[number], pose);
+    // The last kick of the bond was that of the step before. It acted up to half a step ago.
+    const Vec6 rates = rates_of(pose, a, b);
+    const double power = forces.force.dot(rates.head<3>()) + forces.moment.dot(rates.tail<3>());
+    w.lost[number] = elastic_energy(w.stiffness[number], pose) - 0.5 * model.timestep * power;
     return {};
   }
   if (law.damping_ratio > 0) {

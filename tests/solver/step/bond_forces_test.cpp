@@ -8,6 +8,7 @@
 #include <complex>
 #include <numbers>
 
+#include "tests/support/dice.h"
 #include "validation/verification/fixtures/scenes.h"
 
 namespace firn {
@@ -454,6 +455,36 @@ TEST(Bond, FirstLawHoldsThroughBreaks) {
   EXPECT_GT(e.dissipated_bonds, 0);
   EXPECT_NEAR(scenes::mechanical(e) + lost, scenes::mechanical(first),
               0.01 * (first.kinetic - first.gravitational + lost));
+}
+
+// What a bond had stored when its force acted last is lost, to second order in the step.
+TEST(Bond, BreaksAndEndsKeepTheAccount) {
+  Dice dice(5);
+  for (int trial = 0; trial < 30; ++trial) {
+    const double strength = dice(2e4, 1e5);
+    const Vec3 velocity(dice(0.2, 0.4), dice(-0.1, 0.1), dice(-0.1, 0.1)), spin = dice.vector(20);
+    const bool ends = trial % 3 == 0;
+    const auto error = [&](double step) {
+      BeamLaw law = bridge(strength);
+      if (ends) {
+        law = bridge();
+        law.lifetime = 2e-4;
+      }
+      Model model = row(2, law);
+      model.timestep = step;
+      Solver solver(model);
+      put(solver, 0, place(0));
+      put(solver, 1, place(1), Quat::Identity(), velocity, spin);
+      const double first = scenes::mechanical(solver.energy());
+      while (solver.bonds()[0].mode == BondMode::intact && solver.time() < 0.01) solver.step();
+      EXPECT_NE(solver.bonds()[0].mode, BondMode::intact);
+      const double lost = solver.energy().dissipated_bonds;
+      EXPECT_GT(lost, 0);
+      return std::abs(scenes::mechanical(solver.energy()) + lost - first) / lost;
+    };
+    EXPECT_LT(error(1e-5), 1e-3) << trial;
+    EXPECT_LT(error(1e-6), 2e-5) << trial;
+  }
 }
 
 TEST(Bond, EndsWithABodyThatLeaves) {
