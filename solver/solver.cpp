@@ -21,7 +21,7 @@
 #include "solver/step/initial_state.h"
 #include "solver/step/kernels.h"
 #include "solver/step/moving_boundaries.h"
-#include "solver/step/removed_boundaries.h"
+#include "solver/step/removed_bodies.h"
 #include "solver/step/state_checks.h"
 
 namespace firn {
@@ -108,7 +108,7 @@ void Solver::step_deferred() {
   i.timed("advance boundaries", [&] { advance_boundaries(m, w, s); });
   const bool both = std::exchange(i.half_kick_pending, false);
   i.timed("kicks and drift", [&] { k.integrate_positions(m, w, s, both); });
-  if (s.neighbor_list_invalid) add_work_of_removed_boundaries(m, w, s);
+  if (s.neighbor_list_invalid) add_work_of_removed_bodies(m, w, s);
   i.timed("neighbor list", [&] { k.update_neighbor_list(m, w, s); });
   i.timed("find contacts", [&] { k.find_contacts(m, w, s); });
   i.timed("contact forces", [&] { k.contact_forces(m, w, s); });

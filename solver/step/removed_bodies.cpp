@@ -1,4 +1,4 @@
-#include "solver/step/removed_boundaries.h"
+#include "solver/step/removed_bodies.h"
 
 #include "solver/state/workspace.h"
 
@@ -29,16 +29,26 @@ PatchWork work_at_constant_forces(const PairCoefficients& law, const ContactPatc
   return work;
 }
 
+// A particle that is removed no longer moves, and the load takes nothing from it.
+BodyMotion motion_under_last_load(const State& s, int body, bool is_removed_particle) {
+  BodyMotion motion = s.motion[index(body)];
+  if (is_removed_particle) motion.velocity = motion.angular_velocity = Vec3::Zero();
+  return motion;
+}
+
 }  // namespace
 
-void add_work_of_removed_boundaries(const Model& model, const Workspace& w, State& s) {
+void add_work_of_removed_bodies(const Model& model, const Workspace& w, State& s) {
   const int n = static_cast<int>(model.particles.size());
   for (std::size_t p = 0; p < s.pairs.size(); ++p) {
     const Pair& pair = s.pairs[p];
-    if (pair.b < n || s.boundary_present[index(pair.b - n)] ||
-        s.presence[index(pair.a)] != Presence::present)
-      continue;
-    const BodyMotion &a = s.motion[index(pair.a)], &b = s.motion[index(pair.b)];
+    const bool on_wall = pair.b >= n;
+    const bool a_gone = s.presence[index(pair.a)] != Presence::present;
+    const bool b_gone = on_wall ? !s.boundary_present[index(pair.b - n)]
+                                : s.presence[index(pair.b)] != Presence::present;
+    if (a_gone == b_gone || (a_gone && on_wall)) continue;
+    const BodyMotion a = motion_under_last_load(s, pair.a, a_gone),
+                     b = motion_under_last_load(s, pair.b, b_gone && !on_wall);
     const Vec3 closing = a.velocity - b.velocity;
     // The arms of the load are those at the start of the step.
     const Vec3 apart = a.position - b.position - model.timestep * closing;
@@ -55,7 +65,7 @@ void add_work_of_removed_boundaries(const Model& model, const Workspace& w, Stat
     }
     s.work_normal += sum.normal;
     s.work_friction += sum.friction;
-    s.work_boundaries += sum.normal + sum.friction;
+    if (on_wall) s.work_boundaries += sum.normal + sum.friction;
     if (s.statistics.open_of_pair.empty()) continue;  // no statistics of contacts, or none yet
     if (const std::int32_t open = s.statistics.open_of_pair[p]; open >= 0)
       s.statistics.sums[index(open)].work += sum.normal + sum.friction;

@@ -1,4 +1,4 @@
-// The energies of particles when a boundary that they touch is removed.
+// The energies of particles when a body that they touch is removed.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -123,6 +123,54 @@ TEST(RemovedBoundary, TakesHalfAStepsWorkOfItsLastLoad) {
     for (const ContactEvent& event : solver.take_events()) listed += event.dissipated;
     for (const ContactEvent& event : solver.open_events()) listed += event.dissipated;
     EXPECT_NEAR(listed, dissipated, 1e-9 * dissipated);
+  }
+}
+
+// Two bodies meet, and one of them is removed while they touch: the first or the second.
+TEST(RemovedParticle, TakesHalfAStepsWorkOfItsLastLoad) {
+  for (const StrikingBody& body : striking_bodies()) {
+    for (const int removed : {0, 1}) {
+      SCOPED_TRACE(testing::Message() << body.name << ", removed " << removed);
+      Interaction law = scenes::law(0.3, 0.6);
+      law.rolling_resistance = 0.05;
+      Model model = scenes::empty(law, law);
+      const Shape table = make_box(Vec3(0.06, 0.06, 0.02), scenes::ice_options(0.05, 2e4, 5e-4));
+      scenes::add_particles(model, scenes::add_shape(model, table), 1);
+      scenes::add_particles(model, scenes::add_shape(model, body.shape), 1);
+      model.timestep = 2e-6;
+      model.statistics.events = true;
+      Solver solver(model);
+      solver.insert(0, {0, 0, -0.01}, Quat::Identity(), {-0.1, 0, 0.1}, {0.5, -1, 2});
+      solver.insert(1, {0, 0, body.height + 1e-6}, body.orientation, {0.1, 0.05, -0.3}, {2, 3, 1});
+      scenes::run(solver, 2e-4);
+      const Energy before = solver.energy();
+      const std::vector<Contact> contacts = solver.contacts();
+      ASSERT_FALSE(contacts.empty());
+      const int partner = 1 - removed;
+      double power = 0;  // W, on the partner
+      for (const Contact& c : contacts) {
+        const double sign = c.a == partner ? 1 : -1;
+        power += sign * c.force.dot(solver.particles().velocity[index(partner)]) +
+                 (c.a == partner ? c.moment_a : c.moment_b)
+                     .dot(solver.particles().angular_velocity[index(partner)]);
+      }
+      const double lost = -0.5 * model.timestep * power;
+      EXPECT_GT(std::abs(lost), 1e-9);
+      solver.remove_particle(removed);
+      EXPECT_NEAR(energy_imbalance(solver.energy()), energy_imbalance(before), 1e-12);
+      solver.step();
+      const Energy after = solver.energy();
+      EXPECT_EQ(after.elastic, 0);
+      EXPECT_NEAR(energy_imbalance(after), energy_imbalance(before), 0.03 * std::abs(lost));
+      const double dissipated = after.dissipated_normal + after.dissipated_friction,
+                   dissipated_before = before.dissipated_normal + before.dissipated_friction;
+      EXPECT_NEAR(dissipated - dissipated_before, before.elastic + lost, 0.03 * std::abs(lost));
+      EXPECT_EQ(after.dissipated_boundaries, 0);
+      double listed = 0;
+      for (const ContactEvent& event : solver.take_events()) listed += event.dissipated;
+      for (const ContactEvent& event : solver.open_events()) listed += event.dissipated;
+      EXPECT_NEAR(listed, dissipated, 1e-9 * dissipated);
+    }
   }
 }
 
