@@ -167,7 +167,8 @@ void Solver::remove_particle(int particle) {
     throw std::logic_error(fmt::format("particle {} is not there to be removed", particle));
   }
   s.removed_energy += particle_energy(impl_->model, impl_->workspace, s, particle) +
-                      bond_energy_of(impl_->model, impl_->workspace.bonds, s, particle);
+                      bond_energy_of(impl_->model, impl_->workspace.bonds, s, particle) -
+                      last_work_of_bonds(impl_->model, impl_->workspace.bonds, s, particle);
   release_bonds(impl_->model, impl_->workspace.bonds, s, particle);
   s.presence[particle] = Presence::removed;
   s.neighbor_list_invalid = true;
@@ -178,7 +179,8 @@ void Solver::remove_boundary(int boundary) {
   State& s = impl_->state;
   s.boundary_present.at(boundary) = 0;
   const int body = static_cast<int>(impl_->model.particles.size()) + boundary;
-  s.removed_energy += bond_energy_of(impl_->model, impl_->workspace.bonds, s, body);
+  s.removed_energy += bond_energy_of(impl_->model, impl_->workspace.bonds, s, body) -
+                      last_work_of_bonds(impl_->model, impl_->workspace.bonds, s, body);
   release_bonds(impl_->model, impl_->workspace.bonds, s, body);
   s.neighbor_list_invalid = true;
   impl_->changed();

@@ -168,6 +168,20 @@ void begin_bonds(const Model& model, const BondWorkspace& w, State& s, int parti
   });
 }
 
+double last_work_of_bonds(const Model& model, const BondWorkspace& w, const State& s, int body) {
+  double power = 0;
+  for_bonds_of(w, body, [&](std::size_t k, bool is_b) {
+    if (!acts(model, s, k)) return;
+    const int partner = is_b ? model.bonds[k].a : model.bonds[k].b;
+    if (!is_particle(model, partner)) return;
+    const BeamLoad& load = s.bond_loads[k];
+    const BodyMotion& motion = s.motion[partner];
+    power += (is_b ? load.force : Vec3(-load.force)).dot(motion.velocity) +
+             (is_b ? load.moment_a : load.moment_b).dot(motion.angular_velocity);
+  });
+  return 0.5 * model.timestep * power;
+}
+
 void release_bonds(const Model& model, const BondWorkspace& w, State& s, int body) {
   for_bonds_of(w, body, [&](std::size_t k, bool) {
     if (s.bonds[k].mode != BondMode::intact) return;

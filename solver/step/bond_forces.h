@@ -25,6 +25,9 @@ double bond_energy(const Model& model, const BondWorkspace& w, const State& s);
 double bond_energy_of(const Model& model, const BondWorkspace& w, const State& s, int body);
 // Begins the bonds of a particle that has been inserted with the bodies that are there.
 void begin_bonds(const Model& model, const BondWorkspace& w, State& s, int particle);
+// J, what the last loads of the bonds of a body that is removed now still do on their other bodies,
+// in the first half-kick of the next step. Call it before release_bonds().
+double last_work_of_bonds(const Model& model, const BondWorkspace& w, const State& s, int body);
 // Ends the bonds of a body that is removed.
 void release_bonds(const Model& model, const BondWorkspace& w, State& s, int body);
 BondState bond_state(const Model& model, const BondWorkspace& w, const State& s, std::size_t bond);

@@ -487,6 +487,33 @@ TEST(Bond, BreaksAndEndsKeepTheAccount) {
   }
 }
 
+TEST(Bond, BodiesThatLeaveKeepTheAccount) {
+  const auto account = [](const Energy& e) {
+    return scenes::mechanical(e) + e.dissipated_bonds + e.removed;
+  };
+  Dice dice(6);
+  for (int trial = 0; trial < 30; ++trial) {
+    const Vec3 velocity(dice(0.2, 0.4), dice(-0.1, 0.1), dice(-0.1, 0.1)), spin = dice.vector(20);
+    const double leaves = dice(1e-4, 5e-4);  // s
+    const int removed = trial % 2;
+    const auto error = [&](double step) {
+      Model model = row(2, bridge(1e9, trial % 3 == 0 ? 0.05 : 0));
+      model.timestep = step;
+      Solver solver(model);
+      put(solver, 0, place(0));
+      put(solver, 1, place(1), Quat::Identity(), velocity, spin);
+      scenes::run(solver, leaves);
+      const double first = account(solver.energy()), elastic = solver.energy().elastic;
+      solver.remove_particle(removed);
+      solver.step();
+      solver.step();
+      return std::abs(account(solver.energy()) - first) / elastic;
+    };
+    EXPECT_LT(error(1e-5), 2e-3) << trial;
+    EXPECT_LT(error(1e-6), 2e-5) << trial;
+  }
+}
+
 TEST(Bond, EndsWithABodyThatLeaves) {
   Model model = straight_pair(bridge());
   Solver solver(model);
