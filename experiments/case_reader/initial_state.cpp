@@ -181,7 +181,8 @@ void fill_in_bonds(const TomlTable& t, const Earlier& earlier, const Frame& fram
                                 {"end_a", vector_text(bond.end_a, dimension::length)},
                                 {"end_b", vector_text(bond.end_b, dimension::length)},
                                 {"axes_a", orientation_list(bond.axes_a)},
-                                {"axes_b", orientation_list(bond.axes_b)}});
+                                {"axes_b", orientation_list(bond.axes_b)},
+                                {"strength", bond.strength}});
   }
   if (!bonds.empty() || t.has("bonds")) t.set("bonds", std::move(bonds));
 }
@@ -293,7 +294,7 @@ void read_placed(const TomlTable& t, Case& c) {
 void read_initial_bonds(const TomlTable& t, Case& c) {
   const int most = static_cast<int>(c.placed.size()) - 1;
   for (const TomlTable& one : t.tables("bonds")) {
-    one.allow({"name", "a", "b", "length", "end_a", "end_b", "axes_a", "axes_b"});
+    one.allow({"name", "a", "b", "length", "end_a", "end_b", "axes_a", "axes_b", "strength"});
     Case::InitialBond bond;
     bond.name = one.string("name");
     bond.length = one.quantity("length", dimension::length, Sign::positive);
@@ -307,6 +308,7 @@ void read_initial_bonds(const TomlTable& t, Case& c) {
     bond.bond.end_b = one.vector("end_b", dimension::length);
     bond.bond.axes_a = one.orientation("axes_a");
     bond.bond.axes_b = one.orientation("axes_b");
+    bond.bond.strength = one.number("strength", 1);
     c.initial_bonds.push_back(bond);
   }
 }

@@ -230,10 +230,10 @@ BeamStress stress_of(const BeamLaw& law, const BeamForces& forces) {
   return out;
 }
 
-BondMode failure_mode(const BeamLaw& law, const BeamStress& stress) {
-  if (stress.tension + stress.bending > law.tensile_strength)
+BondMode failure_mode(const BeamLaw& law, const BeamStress& stress, double strength) {
+  if (stress.tension + stress.bending > strength * law.tensile_strength)
     return stress.tension > stress.bending ? BondMode::tension : BondMode::bending;
-  if (stress.shear + stress.torsion > law.shear_strength)
+  if (stress.shear + stress.torsion > strength * law.shear_strength)
     return stress.shear > stress.torsion ? BondMode::shear : BondMode::torsion;
   return BondMode::intact;
 }

@@ -32,6 +32,9 @@ void check_bonds(const Model& model) {
     if (!fits)
       throw InputError(fmt::format(
           "bonds: {} and {} are not a particle and another body of the case", b.a, b.b));
+    if (!(b.strength > 0))
+      throw InputError(fmt::format("bonds.{}: strength factor is {}; expected more than zero",
+                                   model.beams[b.law].name, b.strength));
     if (is_particle(model, b.b)) continue;
     const Boundary& boundary = boundary_of(model, b.b);
     if (boundary.frame >= 0 || !boundary.motions.empty())

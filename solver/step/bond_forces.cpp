@@ -104,7 +104,7 @@ BeamLoad strained(const Model& model, BondWorkspace& w, State& s, std::size_t nu
   BondRecord& record = s.bonds[number];
   const double now = static_cast<double>(s.steps + 1) * model.timestep;
   const bool over = now - record.made > law.lifetime - 0.5 * model.timestep;
-  const BondMode mode = over ? BondMode::lifetime : failure_mode(law, stress);
+  const BondMode mode = over ? BondMode::lifetime : failure_mode(law, stress, bond.strength);
   if (mode != BondMode::intact) {
     record = {mode, now, over ? 0 : breaking_stress(stress, mode), middle_of(a, pose), record.made};
     // The last kick of the bond was that of the step before. It acted up to half a step ago.

@@ -12,6 +12,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "experiments/analysis/random_stream.h"
 #include "experiments/case_reader/model/boundaries.h"
 #include "experiments/case_reader/model/shapes.h"
 #include "experiments/case_reader/process/insertion.h"
@@ -484,6 +485,30 @@ std::vector<PlannedBond> read_planned_bonds(const TomlTable& t, const Case& c) {
   return planned;
 }
 
+// Strengths over their mean, by Weibull's distribution (J. Appl. Mech. 18 (1951) 293). Each bond
+// has a separate random stream.
+class StrengthScatter {
+ public:
+  StrengthScatter(const TomlTable& t, std::uint64_t seed) : seed_(seed) {
+    if (!t.has("weibull_modulus")) return;
+    constexpr double kLeast = 0.5, kMost = 1000;  // standard deviations of 2.2 and 0.0013
+    modulus_ = t.number("weibull_modulus");
+    if (!(modulus_ >= kLeast && modulus_ <= kMost))
+      t.fail("weibull_modulus",
+             fmt::format("is {}; expected a number from {} to {}", modulus_, kLeast, kMost));
+  }
+  double of(std::size_t bond) const {
+    constexpr std::uint64_t kStream = ~std::uint64_t{1};
+    if (modulus_ == 0) return 1;
+    RandomStream random(seed_, kStream, bond);
+    return std::pow(-std::log1p(-random.uniform()), 1 / modulus_) / std::tgamma(1 + 1 / modulus_);
+  }
+
+ private:
+  std::uint64_t seed_;
+  double modulus_ = 0;  // 0: no scatter
+};
+
 }  // namespace
 
 void read_bonds(const TomlTable& root, Case& c) {
@@ -515,6 +540,7 @@ void read_bonds(const TomlTable& root, Case& c) {
              "shear_modulus",
              "tensile_strength",
              "shear_strength",
+             "weibull_modulus",
              "damping_ratio",
              "lifetime"});
     check_selection(t);
@@ -527,6 +553,7 @@ void read_bonds(const TomlTable& root, Case& c) {
     const int first = taken.empty() ? planned.front().bodies.front().body : taken.front().bond.a;
     const int material = shape_of(model, first).material;
     const BeamLaw law = read_law(root, t, model.materials[index(material)]);
+    const StrengthScatter scatter(t, c.seed);
     const bool enabled = t.boolean("enabled", true);
     if (std::ranges::find(model.beams, law.name, &BeamLaw::name) != model.beams.end())
       t.fail("name", fmt::format("\"{}\" is taken already; expected another name", law.name));
@@ -537,10 +564,15 @@ void read_bonds(const TomlTable& root, Case& c) {
       const auto& [a, b] = bodies;
       model.bonds.push_back(
           make_bond(a.body, b.body, number, law.length, a.at, b.at, middle, axis, up));
+      model.bonds.back().strength = scatter.of(model.bonds.size() - 1);
       // Bodies in contact need no bridge that reaches them.
       if (!t.has("contacts")) check_reach(t, model, model.bonds.back(), law);
     }
     left -= taken.size();
+    if (!taken.empty() && t.has("weibull_modulus"))
+      t.fail("weibull_modulus",
+             "is not a key of bonds of [initial_state], which keep their scatter; expected no such "
+             "key");
     for (const Case::InitialBond& one : taken) {
       check_same_length(t, law, one);
       model.bonds.push_back(one.bond);

@@ -50,6 +50,7 @@ struct Bond {
   int law = 0;  // index into Model::beams
   Vec3 end_a = Vec3::Zero(), end_b = Vec3::Zero();            // m
   Quat axes_a = Quat::Identity(), axes_b = Quat::Identity();  // beam axes -> body axes
+  double strength = 1;  // both strengths of this bond over those of its law
 };
 
 // Pose and velocity of a body, world axes. Body axes are the principal axes.
@@ -137,7 +138,8 @@ BeamStress stress_of(const BeamLaw& law, const BeamForces& forces);
 // lifetime.
 enum class BondMode : std::int64_t { intact, tension, bending, shear, torsion, removed, lifetime };
 // Failure mode: the larger contribution to the exceeded strength. intact: no strength is exceeded.
-BondMode failure_mode(const BeamLaw& law, const BeamStress& stress);
+// `strength`: Bond::strength.
+BondMode failure_mode(const BeamLaw& law, const BeamStress& stress, double strength);
 const char* to_string(BondMode mode);  // "tension"
 
 }  // namespace firn

@@ -167,6 +167,39 @@ TEST(BondCase, PiecesOfAPlaceAreJoinedAsTheyAreDrawn) {
   }
 }
 
+// Kolmogorov's test of 600 factors has its 99.9 % point at 1.95 / sqrt(600).
+TEST(BondCase, StrengthsScatterByWeibullsDistribution) {
+  const auto factors = [](double modulus, int seed) {
+    const Case c = read_case_text(
+        pieces("") + "weibull_modulus = " + std::to_string(modulus) + "\n", "bonds.toml", ".",
+        {{"case.seed", std::to_string(seed)}, {"inlets.mold.batches", "200"}});
+    EXPECT_EQ(read_case_text(c.resolved, "again", ".").model.bonds.back().strength,
+              c.model.bonds.back().strength);
+    std::vector<double> all;
+    for (const Bond& bond : c.model.bonds) all.push_back(bond.strength);
+    return all;
+  };
+  for (const double modulus : {0.7, 2.0, 10.0}) {
+    std::vector<double> all = factors(modulus, 4);
+    ASSERT_EQ(all.size(), 600u);
+    EXPECT_EQ(all, factors(modulus, 4));
+    EXPECT_NE(all, factors(modulus, 5));
+    std::ranges::sort(all);
+    double largest = 0;
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      const double scaled = all[k] * std::tgamma(1 + 1 / modulus),
+                   below = 1 - std::exp(-std::pow(scaled, modulus));
+      largest = std::max(largest, std::abs(below - (static_cast<double>(k) + 0.5) / 600));
+    }
+    EXPECT_LT(largest, 1.95 / std::sqrt(600.0)) << modulus;
+  }
+  for (const Bond& bond : read(pieces("")).model.bonds) EXPECT_EQ(bond.strength, 1);
+  for (const char* wrong : {"0", "-3", "0.4", "1001", "nan"})
+    EXPECT_THAT(complaint(pieces("") + "weibull_modulus = " + wrong + "\n"),
+                HasSubstr("weibull_modulus"))
+        << wrong;
+}
+
 TEST(BondCase, PiecesAreRefusedByName) {
   const auto with = [](const std::string& shape) {
     std::string text = pieces("");
@@ -479,11 +512,10 @@ TEST_F(BondRun, BondsOfAnInitialStateKeepTheirStrain) {
       ++tag;
     }
   }
-  const std::string first = flying + "[[bonds]]\nname = \"b\"\npairs = [[0, 1], [2, 3]]\n" + bond;
-  ASSERT_EQ(run(read_case_text(first, "c.toml", path(""), {{"case.duration", "0.1 s"}}),
-                options("first.h5"))
-                .status,
-            RunStatus::finished);
+  const std::string first = flying + "[[bonds]]\nname = \"b\"\npairs = [[0, 1], [2, 3]]\n" +
+                            "weibull_modulus = 10\n" + bond;
+  const Case begun = read_case_text(first, "c.toml", path(""), {{"case.duration", "0.1 s"}});
+  ASSERT_EQ(run(begun, options("first.h5")).status, RunStatus::finished);
   const auto from = [&](const std::string& more, const std::string& table) {
     return head + "[initial_state]\nfile = \"first.h5\"\ntime = \"0.06 s\"\n" + more + table;
   };
@@ -491,6 +523,9 @@ TEST_F(BondRun, BondsOfAnInitialStateKeepTheirStrain) {
   const Case c =
       read_case_text(from("", taken + bond), "c.toml", path(""), {{"case.duration", "0.04 s"}});
   ASSERT_EQ(c.model.bonds.size(), 2u);
+  for (const Bond& held : c.model.bonds)
+    EXPECT_EQ(held.strength, begun.model.bonds[index(held.a / 2)].strength);
+  EXPECT_NE(c.model.bonds[0].strength, 1);
   EXPECT_THAT(c.start, Not(HasSubstr("left behind")));
   EXPECT_EQ(read_case_text(c.resolved, "again", path("")).resolved, c.resolved);
   ASSERT_EQ(run(c, options("second.h5")).status, RunStatus::finished);
@@ -527,6 +562,25 @@ TEST_F(BondRun, BondsOfAnInitialStateKeepTheirStrain) {
               HasSubstr("no bond \"c\" of [initial_state] holds"));
   EXPECT_THAT(refusal(taken + "position = \"0 0 1 mm\"\n" + bond), HasSubstr("position"));
   EXPECT_THAT(refusal(taken + "pairs = [[0, 1]]\n" + bond), HasSubstr("expected exactly one"));
+  EXPECT_THAT(refusal(taken + "weibull_modulus = 5\n" + bond), HasSubstr("keep their scatter"));
+}
+
+// What broke had reached its own strength, and hardly more.
+TEST_F(BondRun, EachBondBreaksAtItsOwnStrength) {
+  std::string text = joined("inlet = \"mold\"\nweibull_modulus = 2");
+  const Case c = read(text);
+  ASSERT_EQ(run(c, options("scatter.h5")).status, RunStatus::finished);
+  const std::vector<BondOutcome> outcomes = bond_outcomes(Recording(path("scatter.h5")));
+  ASSERT_EQ(outcomes.size(), c.model.bonds.size());
+  int broken = 0;
+  for (std::size_t k = 0; k < outcomes.size(); ++k) {
+    if (!outcomes[k].is_broken()) continue;
+    ++broken;
+    const double strength = 60e3 * c.model.bonds[k].strength;
+    EXPECT_GT(outcomes[k].stress, strength);
+    EXPECT_LT(outcomes[k].stress, 1.2 * strength + 5e3);
+  }
+  EXPECT_GT(broken, 1);
 }
 
 // The row breaks at one time or another; stages begin before, between and after.
