@@ -119,7 +119,7 @@ void log_case(const Case& c, const std::string& results_file) {
   for (std::size_t i = 0; i < c.model.beams.size(); ++i) {
     const BeamLaw& beam = c.model.beams[i];
     const auto count = std::ranges::count(c.model.bonds, static_cast<int>(i), &Bond::law);
-    spdlog::info("{} bonds {}: {:.4g} mm wide, {:.4g} mm long, {:.4g} MPa in tension", count,
+    spdlog::info("{} x bond {}: {:.4g} mm wide, {:.4g} mm long, {:.4g} MPa in tension", count,
                  beam.name, 2e3 * beam.section.half_width, 1e3 * beam.length,
                  1e-6 * beam.tensile_strength);
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "experiments/results/contact_statistics_results.h"
 
@@ -17,11 +18,14 @@ void add_contacts(const Recording& recording, std::vector<Response>& out) {
   const std::size_t particles = recording.particle_count();
   const std::vector<std::string> boundaries = recording.strings("/statistics/boundary_name");
   std::vector<double> count(1 + boundaries.size(), 0), largest = count;
+  std::vector<std::map<int, double>> of_particle(count.size());
   for (const ContactEvent& e : contact_events(recording)) {
     const auto other = static_cast<std::size_t>(e.b);
     const std::size_t kind = other < particles ? 0 : 1 + other - particles;
     count.at(kind) += 1;
     largest.at(kind) = std::max(largest[kind], e.peak_normal_force);
+    double& one = of_particle[kind][e.a];
+    one = std::max(one, e.peak_normal_force);
   }
   for (std::size_t kind = 0; kind < count.size(); ++kind) {
     const std::string where = kind == 0 ? "between_particles" : "on_" + boundaries[kind - 1];
@@ -30,6 +34,17 @@ void add_contacts(const Recording& recording, std::vector<Response>& out) {
     if (count[kind] > 0)
       add(out, "largest_contact_" + where, largest[kind], "N",
           "largest peak normal force of a contact over every step");
+    if (kind == 0 || count[kind] == 0) continue;
+    std::vector<double> peaks;
+    for (const auto& [particle, peak] : of_particle[kind]) peaks.push_back(peak);
+    std::ranges::sort(peaks);
+    out.push_back({response_name("largest_contacts_" + where),
+                   std::move(peaks),
+                   {},
+                   "N",
+                   "largest peak normal force of each particle that touches it with the threshold "
+                   "of the case or more, ascending",
+                   1});
   }
 }
 

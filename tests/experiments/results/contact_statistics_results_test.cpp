@@ -257,13 +257,27 @@ TEST_F(StatisticsFile, SumsAreThoseOfTheContacts) {
   EXPECT_GT(loaded, 0);
 
   double largest = 0, on_floor = 0;
+  std::vector<double> of_particle(13, 0);
   for (const ContactEvent& e : contact_events(recording)) {
     if (e.b != 13) continue;
     ++on_floor;
     largest = std::max(largest, e.peak_normal_force);
+    double& one = of_particle[index(e.a)];
+    one = std::max(one, e.peak_normal_force);
   }
+  std::erase(of_particle, 0.0);
+  std::ranges::sort(of_particle);
   std::map<std::string, double> responses;
-  for (const Response& r : measure(recording)) responses[r.name] = r.value[0];
+  for (const Response& r : measure(recording)) {
+    responses[r.name] = r.value[0];
+    if (r.name == "largest_contacts_on_floor") {
+      EXPECT_EQ(r.value, of_particle);
+    }
+  }
+  ASSERT_GT(of_particle.size(), 1u);
+  EXPECT_EQ(responses.at("largest_contacts_on_floor"), of_particle.front());
+  EXPECT_FALSE(responses.contains("largest_contacts_between_particles"));
+  EXPECT_FALSE(responses.contains("largest_contacts_on_lid"));
   EXPECT_EQ(responses.at("contacts_on_floor"), on_floor);
   EXPECT_EQ(responses.at("largest_contact_on_floor"), largest);
   EXPECT_EQ(responses.at("contacts_on_lid"), 0);
