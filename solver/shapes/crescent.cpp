@@ -147,6 +147,7 @@ std::vector<std::vector<HalfSpace>> pieces_of(const CrescentParameters& p) {
   common.push_back({Vec3(0, -cosine, -sine), p.width / 2 * cosine, false});
 
   std::vector<HalfSpace> tops;
+  tops.reserve(p.parts);
   for (int i = 0; i < p.parts; ++i) tops.push_back(strip(top[i + 1], top[i]));
   if (p.half == CrescentParameters::Half::left) common.push_back({Vec3::UnitX(), 0, false});
   if (p.half == CrescentParameters::Half::right) common.push_back({-Vec3::UnitX(), 0, false});

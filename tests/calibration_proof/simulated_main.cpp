@@ -148,10 +148,11 @@ int run(const SimulatedProblem& problem, int first, int studies, const std::stri
 int main(int argc, char** argv) {
   CLI::App app("Does the calibration find a truth that was simulated?");
   std::string name, folder = "proof", store = "proof/store.db", program = FIRN_PROGRAM;
-  int studies = 60, first = 0, jobs = 1;
+  int studies = 60, first = 0, jobs = 1, runs = 0;
   app.add_option("problem", name, "of this name")->required();
   app.add_option("--studies", studies, "how many")->capture_default_str();
   app.add_option("--first", first, "number of the first")->capture_default_str();
+  app.add_option("--runs", runs, "of a study; that of the problem, unless given");
   app.add_option("--folder", folder, "for the studies")->capture_default_str();
   app.add_option("--store", store, "outcomes of runs")->capture_default_str();
   app.add_option("--program", program, "that simulates")->capture_default_str();
@@ -160,9 +161,11 @@ int main(int argc, char** argv) {
   app.add_flag("--plot", plot, "draw each study's answer");
   CLI11_PARSE(app, argc, argv);
   try {
-    for (const auto& problem : firn::proof::simulated_problems())
-      if (problem.name == name)
-        return firn::proof::run(problem, first, studies, folder, store, program, jobs, plot);
+    for (firn::proof::SimulatedProblem problem : firn::proof::simulated_problems()) {
+      if (problem.name != name) continue;
+      if (runs > 0) problem.budget = fmt::format("runs = {}\n", runs);
+      return firn::proof::run(problem, first, studies, folder, store, program, jobs, plot);
+    }
     fmt::print(stderr, "no problem \"{}\"\n", name);
     return 2;
   } catch (const std::exception& e) {

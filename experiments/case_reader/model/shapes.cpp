@@ -280,9 +280,15 @@ TriangleMesh read_mesh(const TomlTable& table, const std::string& directory,
 }
 
 int shape_index(const TomlTable& table, std::string_view key, const std::vector<Shape>& shapes) {
+  return shape_index(table, key, table.string(key), shapes);
+}
+
+int shape_index(const TomlTable& table, std::string_view key, const std::string& name,
+                const std::vector<Shape>& shapes) {
   std::vector<std::string_view> names;
+  names.reserve(shapes.size());
   for (const Shape& s : shapes) names.push_back(s.name);
-  return index_of(table, key, table.string(key), names, "shape");
+  return index_of(table, key, name, names, "shape");
 }
 
 }  // namespace firn

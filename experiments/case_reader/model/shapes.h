@@ -23,7 +23,9 @@ NamedCrescent read_crescent(const TomlTable& table);
 TriangleMesh read_mesh(const TomlTable& table, const std::string& directory,
                        const MeshLimits& limits);
 
-// Index of the shape that `key` names. Throws for an unknown name.
+// Index of the shape that `key` names, or of `name`, given by `key`. Throws for an unknown name.
 int shape_index(const TomlTable& table, std::string_view key, const std::vector<Shape>& shapes);
+int shape_index(const TomlTable& table, std::string_view key, const std::string& name,
+                const std::vector<Shape>& shapes);
 
 }  // namespace firn

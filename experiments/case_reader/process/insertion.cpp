@@ -111,13 +111,11 @@ std::vector<Vec3> grid_positions(const TomlTable& t) {
 std::vector<Inlet::Piece> read_pieces(const TomlTable& t, const std::vector<Shape>& shapes) {
   if (!t.is_list("shape"))
     return {{shapes[index(shape_index(t, "shape", shapes))].name, Vec3::Zero()}};
-  std::vector<std::string_view> names;
-  for (const Shape& shape : shapes) names.push_back(shape.name);
   std::vector<Inlet::Piece> pieces;
   Vec3 moment = Vec3::Zero();  // kg m
   double mass = 0;             // kg
   for (const std::string& name : t.strings("shape")) {
-    const Shape& shape = shapes[index(index_of(t, "shape", name, names, "shape"))];
+    const Shape& shape = shapes[index(shape_index(t, "shape", name, shapes))];
     pieces.push_back({shape.name, shape.centroid});
     moment += shape.mass * shape.centroid;
     mass += shape.mass;
