@@ -98,7 +98,7 @@ std::vector<Response> bond_responses(const Recording& recording, const Case& c) 
   std::vector<Response> out;
   const auto add = [&](const std::string& name, std::vector<double> value, const char* unit,
                        const char* method) {
-    out.push_back({name, std::move(value), {}, unit, method, 1});
+    out.push_back({response_name(name), std::move(value), {}, unit, method, 1});
   };
   add("bonds_count", {joined}, "1", "bonds whose two bodies have come");
   add("bonds_broken_count", {static_cast<double>(times.size())}, "1", "of them, that broke");

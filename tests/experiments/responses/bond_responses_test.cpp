@@ -589,7 +589,7 @@ TEST_F(BondRun, BreaksAreCountedSinceEachStage) {
     SCOPED_TRACE(duration);
     const std::string stages = "[[stages]]\nname = \"fall\"\nmax_duration = \"" +
                                std::string(duration) +
-                               "\"\n[[stages]]\nname = \"rest\"\nmax_duration = \"9 s\"\n";
+                               "\"\n[[stages]]\nname = \"all at rest\"\nmax_duration = \"9 s\"\n";
     const RunSummary summary = run(read(joined() + stages), options("stages.h5"));
     ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
     const auto response = [&](const std::string& name) {
@@ -600,7 +600,7 @@ TEST_F(BondRun, BreaksAreCountedSinceEachStage) {
     const Recording recording(path("stages.h5"));
     const std::vector<StageRecord> begun = recording.stages();
     const std::vector<double> breaks = response("bond_breaks"),
-                              since = response("bonds_broken_count_since_rest");
+                              since = response("bonds_broken_count_since_all_at_rest");
     ASSERT_FALSE(breaks.empty());
     ASSERT_EQ(since.size(), 1u);
     EXPECT_TRUE(response("bonds_broken_count_since_fall").empty());
