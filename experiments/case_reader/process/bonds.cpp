@@ -242,6 +242,10 @@ std::vector<Case::InitialBond> read_taken_bonds(const TomlTable& t, const Case& 
   for (const char* key : {"position", "height_direction"})
     if (t.has(key))
       t.fail(key, "is not a key of bonds of [initial_state], which stay where they are");
+  if (t.has("weibull_modulus"))
+    t.fail("weibull_modulus",
+           "is not a key of bonds of [initial_state], which keep their scatter; expected no such "
+           "key");
   std::vector<Case::InitialBond> bonds;
   std::ranges::copy_if(c.initial_bonds, std::back_inserter(bonds),
                        [&](const Case::InitialBond& one) { return one.name == t.string("name"); });
@@ -249,6 +253,8 @@ std::vector<Case::InitialBond> read_taken_bonds(const TomlTable& t, const Case& 
     t.fail("initial_state", fmt::format("no bond \"{}\" of [initial_state] holds; expected the "
                                         "name of bonds that do",
                                         t.string("name")));
+  if (!t.has("length") && !t.has("mold"))
+    t.set("length", si_text(bonds.front().length, dimension::length));
   return bonds;
 }
 
@@ -412,6 +418,11 @@ PlannedBond bond_between(const TomlTable& t, const Model& model, const Couple& c
   const Standing& a = couple[0];
   const Quat shape_a = a.at.orientation * shape_of(model, a.body).shape_from_body.conjugate();
   const Vec3 up = shape_a * height;
+  if (!(axis.norm() > 0))
+    t.fail("",
+           fmt::format("{} has no direction: both have the same center of mass; expected bodies "
+                       "at different places",
+                       bridge_text(model, a.body, couple[1].body)));
   if (!(axis.cross(up).norm() > 0.1 * axis.norm()))
     t.fail("height_direction", fmt::format("runs along {}; expected a direction across it, in "
                                            "shape axes of the first",
@@ -569,10 +580,6 @@ void read_bonds(const TomlTable& root, Case& c) {
       if (!t.has("contacts")) check_reach(t, model, model.bonds.back(), law);
     }
     left -= taken.size();
-    if (!taken.empty() && t.has("weibull_modulus"))
-      t.fail("weibull_modulus",
-             "is not a key of bonds of [initial_state], which keep their scatter; expected no such "
-             "key");
     for (const Case::InitialBond& one : taken) {
       check_same_length(t, law, one);
       model.bonds.push_back(one.bond);

@@ -116,6 +116,9 @@ std::vector<Inlet::Piece> read_pieces(const TomlTable& t, const std::vector<Shap
   double mass = 0;             // kg
   for (const std::string& name : t.strings("shape")) {
     const Shape& shape = shapes[index(shape_index(t, "shape", name, shapes))];
+    if (std::ranges::find(pieces, name, &Inlet::Piece::shape) != pieces.end())
+      t.fail("shape",
+             fmt::format("lists \"{}\" twice, at the same place; expected each piece once", name));
     pieces.push_back({shape.name, shape.centroid});
     moment += shape.mass * shape.centroid;
     mass += shape.mass;

@@ -210,6 +210,8 @@ TEST(BondCase, PiecesAreRefusedByName) {
               testing::AllOf(HasSubstr("bonds.toml:"), HasSubstr("shape"), HasSubstr("\"shrot\"")));
   EXPECT_THAT(complaint(with(R"(["short"])")), HasSubstr("fewer than two pieces"));
   EXPECT_THAT(complaint(with("[]")), HasSubstr("fewer than two pieces"));
+  EXPECT_THAT(complaint(with(R"(["short", "long", "short"])")),
+              HasSubstr("shape: lists \"short\" twice, at the same place"));
   EXPECT_THAT(complaint(with("[3, 4]")), HasSubstr("expected an array of strings"));
   EXPECT_THAT(complaint(with("3")), HasSubstr("shape"));
 }
@@ -563,6 +565,28 @@ TEST_F(BondRun, BondsOfAnInitialStateKeepTheirStrain) {
   EXPECT_THAT(refusal(taken + "position = \"0 0 1 mm\"\n" + bond), HasSubstr("position"));
   EXPECT_THAT(refusal(taken + "pairs = [[0, 1]]\n" + bond), HasSubstr("expected exactly one"));
   EXPECT_THAT(refusal(taken + "weibull_modulus = 5\n" + bond), HasSubstr("keep their scatter"));
+}
+
+// The length of a neck follows from its radius. A case need not state it.
+TEST_F(BondRun, NecksOfAnInitialStateKeepTheirLength) {
+  for (const char* radius : {"0.3 mm", "1.7 mm"}) {
+    const std::string section = std::string("radius = \"") + radius + "\"\n";
+    const Case first = read(stack(section));
+    ASSERT_EQ(run(read_case_text(stack(section), "c.toml", path(""), {{"case.duration", "0.01 s"}}),
+                  options("stack.h5"))
+                  .status,
+              RunStatus::finished);
+    const Case c = read_case_text(
+        std::string(kBodies) +
+            "[initial_state]\nfile = \"stack.h5\"\n[[bonds]]\nname = \"necks\"\n" +
+            "initial_state = true\ntensile_strength = \"1 MPa\"\nshear_strength = \"1 MPa\"\n" +
+            section,
+        "c.toml", path(""));
+    ASSERT_EQ(c.model.bonds.size(), first.model.bonds.size());
+    EXPECT_EQ(c.model.beams[0].length, first.model.beams[0].length);
+    EXPECT_EQ(c.model.beams[0].section.area, first.model.beams[0].section.area);
+    EXPECT_EQ(read_case_text(c.resolved, "again", path("")).resolved, c.resolved);
+  }
 }
 
 // What broke had reached its own strength, and hardly more.
