@@ -196,6 +196,13 @@ struct Measure {
   std::string prefix() const { return name.empty() ? "" : name + "_"; }
 };
 
+// What is recorded more often than frames ([output.samples]).
+struct SampledParts {
+  double interval = 0;                  // s; 0: nothing is sampled
+  std::vector<int> boundaries, frames;  // indices in the model, each once
+  int stage = -1;                       // index into the stages that begins them; -1: the run
+};
+
 // Middle one of the three edges of the bounding box, m: the particle size in responses of heaps.
 inline double middle_edge(const Shape& shape) {
   Vec3 edges = shape.box;
@@ -274,6 +281,7 @@ struct Case {
   int statistics_stage = -1;  // index into `stages`: statistics begin with it; -1: with the run
   double wear_rate = 0;  // 1/Pa, wear coefficient over hardness (Archard) of boundaries; 0: no wear
   double frame_interval = 0;  // s
+  SampledParts samples;
   double state_interval = 0;  // s; 0: the results file has no states
   std::vector<AppliedMaterial> material_records;
   // Complete TOML text with all defaults. Paths are absolute, and content hashes identify mesh

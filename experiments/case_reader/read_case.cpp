@@ -20,6 +20,7 @@
 #include "experiments/case_reader/process/drained_repose.h"
 #include "experiments/case_reader/process/insertion.h"
 #include "experiments/case_reader/process/measures.h"
+#include "experiments/case_reader/process/samples.h"
 #include "experiments/case_reader/process/stages.h"
 #include "experiments/storage/sha256.h"
 #include "experiments/system/input_file.h"
@@ -90,7 +91,7 @@ void check_timestep(const TomlTable& root, Case& c) {
 
 void read_output(const TomlTable& root, Case& c) {
   const TomlTable t = root.table("output");
-  t.allow({"frame_interval", "state_interval"});
+  t.allow({"frame_interval", "state_interval", "samples"});
   c.frame_interval = t.quantity("frame_interval", dimension::time, Sign::positive, "10 ms");
   if (t.has("state_interval"))
     c.state_interval = t.quantity("state_interval", dimension::time, Sign::positive);
@@ -195,6 +196,8 @@ void check_steps(const TomlTable& root, const Case& c) {
   const std::vector<TomlTable> stages = root.tables("stages");
   for (std::size_t i = 0; i < std::min(stages.size(), c.stages.size()); ++i)
     require_a_step(stages[i], "max_duration", c.stages[i].max_duration);
+  if (c.samples.interval > 0)
+    require_a_step(root.table("output").table("samples"), "interval", c.samples.interval);
   // Two batches in one step would be put into each other.
   const std::vector<TomlTable> inlets = root.tables("inlets"), fills = root.tables("fills");
   for (std::size_t i = 0; i < std::min(inlets.size(), c.inlets.size()); ++i)
@@ -248,6 +251,7 @@ void read_process(const TomlTable& root, const std::string& directory, Case& c) 
   if (!c.drained_repose) c.stages = read_stages(root, c);
   check_stage_names(root, c);
   add_coming_particles(c);
+  c.samples = read_samples(root, c);
   c.measures = read_measures(root, c);
   read_statistics(root, c);
   if (model.particles.empty()) {

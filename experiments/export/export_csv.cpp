@@ -2,10 +2,13 @@
 
 #include <cmath>
 #include <span>
+#include <string_view>
+#include <utility>
 
 #include "experiments/case_reader/case_from_results.h"
 #include "experiments/export/export.h"
 #include "experiments/results/bond_results.h"
+#include "experiments/results/results_writer.h"
 #include "experiments/system/text_encoding.h"
 #include "experiments/text/csv/csv_writer.h"
 
@@ -65,37 +68,62 @@ void export_particles(const Recording& recording, const std::string& directory) 
 }
 
 // E.g. "boundaries/floor/force.x [N]".
-std::string column_name(const Series& series, std::size_t component) {
-  std::string name = series.path.substr(1);
-  if (series.width > 1) {
+std::string column_name(std::string_view path, std::string_view unit, std::size_t width,
+                        std::size_t component) {
+  std::string name(path.substr(1));
+  if (width > 1) {
     name.push_back('.');
-    name.push_back((series.width == 4 ? "wxyz" : "xyz")[component]);
+    name.push_back((width == 4 ? "wxyz" : "xyz")[component]);
   }
-  if (series.unit != "1") name.append(" [").append(series.unit).append("]");
+  if (unit != "1") name.append(" [").append(unit).append("]");
   return name;
 }
 
-void export_series(const Recording& recording, const std::string& directory) {
-  const std::vector<Series> list = recording.series_list();
-  std::vector<std::vector<double>> values;
+// Datasets with a row for each time.
+struct Rows {
+  std::string path, unit;
+  std::size_t width = 1;
+  std::vector<double> values;
+};
+
+void export_rows(const std::vector<double>& times, const std::vector<Rows>& all,
+                 const std::string& directory, const std::string& file) {
   std::string header = "time [s]";
-  for (const Series& series : list) {
-    values.push_back(recording.series(series.path));
-    for (std::size_t k = 0; k < series.width; ++k) {
+  for (const Rows& one : all) {
+    for (std::size_t k = 0; k < one.width; ++k) {
       header.push_back(',');
-      header.append(encode::csv_field(column_name(series, k)));
+      header.append(encode::csv_field(column_name(one.path, one.unit, one.width, k)));
     }
   }
-  CsvFile csv(directory, "series.csv");
+  CsvFile csv(directory, file);
   csv.line(header);
-  const std::vector<double> times = recording.frame_times();
   for (std::size_t i = 0; i < times.size(); ++i) {
     std::string line = fmt::format("{}", times[i]);
-    for (std::size_t s = 0; s < list.size(); ++s)
-      append(line, std::span(values[s]).subspan(i * list[s].width, list[s].width));
+    for (const Rows& one : all)
+      append(line, std::span(one.values).subspan(i * one.width, one.width));
     csv.line(line);
   }
   csv.close();
+}
+
+void export_series(const Recording& recording, const std::string& directory) {
+  std::vector<Rows> all;
+  for (const Series& series : recording.series_list())
+    all.push_back({series.path, series.unit, series.width, recording.series(series.path)});
+  export_rows(recording.frame_times(), all, directory, "series.csv");
+}
+
+void export_samples(const Recording& recording, const std::string& directory) {
+  std::vector<Rows> all;
+  // Under the names of series.csv.
+  constexpr std::size_t kGroup = std::string_view("/samples").size();
+  for (const Column& column : sample_columns(read_case(recording)))
+    all.push_back({column.path.substr(kGroup), column.unit, column.row.empty() ? 1 : column.row[0],
+                   recording.values(column.path)});
+  if (all.empty()) return;
+  const std::vector<double> times = std::move(all.front().values);
+  all.erase(all.begin());
+  export_rows(times, all, directory, "samples.csv");
 }
 
 void export_bonds(const Recording& recording, const std::string& directory) {
@@ -136,6 +164,7 @@ void export_csv(const Recording& recording, const std::string& directory) {
   export_frames(recording, directory);
   export_particles(recording, directory);
   export_series(recording, directory);
+  export_samples(recording, directory);
   export_bonds(recording, directory);
   export_responses(recording, directory);
   export_statistics_csv(recording, directory);

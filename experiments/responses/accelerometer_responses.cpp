@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "experiments/analysis/channel_filter.h"
-#include "experiments/results/results_file.h"
+#include "experiments/responses/measured_part.h"
 
 namespace firn {
 namespace {
@@ -23,27 +23,25 @@ std::vector<Response> accelerometer_responses(const Recording& recording, const 
   std::vector<Response> out;
   for (const Measure& m : c.measures) {
     if (m.kind != Measure::Kind::accelerometer) continue;
-    const MotionFrame& frame = c.model.frames[static_cast<std::size_t>(m.frame)];
-    const std::string group = "/motion_frames/" + frame.name + "/";
-    const std::vector<double> times = recording.frame_times(),
-                              rate = recording.series(group + "rate"),
-                              force = recording.series(group + "force");
-    const std::size_t axes = frame.free->joints.size();
-    const Vec3& direction = frame.free->joints[static_cast<std::size_t>(m.axis)].direction;
+    const PartRecords records(recording, c, m, {"acceleration", "force"});
+    const std::size_t rows = records.regular_rows();
+    if (rows < 4) continue;
+    const std::vector<Joint>& joints =
+        c.model.frames[static_cast<std::size_t>(m.frame)].free->joints;
+    const auto axis = static_cast<std::size_t>(m.axis);
+    const std::vector<double>& times = records.times();
+    const std::vector<double> rate = records.rows("rate"), force = records.rows("force");
     std::vector<double> acceleration, along;
-    for (std::size_t i = 1; i < times.size(); ++i) {
-      const double interval = times[i] - times[i - 1];
-      // The last frame may follow the one before it sooner.
-      if (interval < 0.5 * c.frame_interval) continue;
-      const std::size_t at = i * axes + static_cast<std::size_t>(m.axis);
-      acceleration.push_back((rate[at] - rate[at - axes]) / interval);
-      along.push_back(Vec3(force[3 * i], force[3 * i + 1], force[3 * i + 2]).dot(direction));
+    for (std::size_t i = 1; i < rows; ++i) {
+      const std::size_t at = i * joints.size() + axis;
+      acceleration.push_back((rate[at] - rate[at - joints.size()]) / (times[i] - times[i - 1]));
+      along.push_back(
+          Vec3(force[3 * i], force[3 * i + 1], force[3 * i + 2]).dot(joints[axis].direction));
     }
-    if (acceleration.size() < 3) continue;
     const std::string name = m.prefix();
     const std::string method = fmt::format("largest magnitude, CFC {:g} of SAE J211-1", m.cfc);
-    const double peak = largest(channel_filter(acceleration, c.frame_interval, m.cfc));
-    const double contact = largest(channel_filter(along, c.frame_interval, m.cfc));
+    const double peak = largest(channel_filter(acceleration, records.interval(), m.cfc));
+    const double contact = largest(channel_filter(along, records.interval(), m.cfc));
     out.push_back({name + "acceleration_peak", {peak}, {}, "m/s^2", method, 1});
     out.push_back({name + "contact_force_peak",
                    {contact},

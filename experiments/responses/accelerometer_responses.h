@@ -11,8 +11,8 @@ namespace firn {
 class Recording;
 
 // For each of these measures: largest magnitudes of the filtered acceleration along the joint axis,
-// from the joint rates of successive frames; of the filtered contact force along the axis; and of
-// the acceleration times the mass of a particle. Filter: channel_filter.h.
+// from the joint rates of successive samples or frames; of the filtered contact force along the
+// axis; and of the acceleration times the mass of a particle. Filter: channel_filter.h.
 std::vector<Response> accelerometer_responses(const Recording& recording, const Case& c);
 
 }  // namespace firn

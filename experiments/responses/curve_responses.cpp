@@ -14,7 +14,7 @@
 namespace firn {
 namespace {
 
-// One value a frame.
+// One value a row of the records.
 struct Signal {
   std::vector<double> values;
   std::string unit;
@@ -36,43 +36,46 @@ std::vector<double> displacement(std::vector<double> rows) {
   return lengths(rows);
 }
 
-Signal of_part(const Recording& r, const Case& c, const Measure& m, const std::string& what) {
-  const std::string group = part_group(c, m);
-  if (what == "displacement") return {displacement(r.series(group + "position")), "m"};
-  if (what == "peak_normal_force") return {r.series(group + what), "N"};
-  if (what == "dissipated_friction") return {r.series(group + what), "J"};
-  return {lengths(r.series(group + what)), what == "force" ? "N" : "N m"};
+// The dataset that a quantity comes from.
+std::string_view source_of(std::string_view what) {
+  if (what == "displacement") return "position";
+  return what == "acceleration" ? "rate" : what;
 }
 
-Signal of_frame(const Recording& r, const Case& c, const Measure& m, const std::string& what) {
-  const MotionFrame& frame = c.model.frames[static_cast<std::size_t>(m.frame)];
-  const std::string group = "/motion_frames/" + frame.name + "/";
-  const std::size_t axes = frame.free->joints.size(), k = static_cast<std::size_t>(m.axis);
-  const Joint& axis = frame.free->joints[k];
-  const bool turns = axis.kind == Joint::Kind::rotation;
-  const auto column = [&](const std::string& name) {
-    std::vector<double> values;
-    const std::vector<double> rows = r.series(group + name);
-    for (std::size_t i = k; i < rows.size(); i += axes) values.push_back(rows[i]);
-    return values;
-  };
-  if (what == "coordinate") return {column(what), turns ? "rad" : "m"};
-  if (what == "rate") return {column(what), turns ? "rad/s" : "m/s"};
-  if (what == "motor_load") return {column(what), turns ? "N m" : "N"};
-  if (what == "dissipated_friction") return {column(what), "J"};
-  if (what == "force" || what == "reaction_force") return {lengths(r.series(group + what)), "N"};
-  const std::vector<double> rate = column("rate"), times = r.frame_times();
-  std::vector<double> acceleration(rate.size(), 0);
-  for (std::size_t i = 1; i < rate.size(); ++i)
+Signal of_part(const PartRecords& records, const std::string& what) {
+  const std::vector<double> rows = records.rows(source_of(what));
+  if (what == "displacement") return {displacement(rows), "m"};
+  if (what == "peak_normal_force") return {rows, "N"};
+  if (what == "dissipated_friction") return {rows, "J"};
+  return {lengths(rows), what == "force" ? "N" : "N m"};
+}
+
+Signal of_frame(const PartRecords& records, const MotionFrame& frame, std::size_t joint,
+                const std::string& what) {
+  const std::size_t joints = frame.free->joints.size();
+  const bool turns = frame.free->joints[joint].kind == Joint::Kind::rotation;
+  const std::vector<double> rows = records.rows(source_of(what));
+  if (what == "force" || what == "reaction_force") return {lengths(rows), "N"};
+  std::vector<double> values;
+  for (std::size_t i = joint; i < rows.size(); i += joints) values.push_back(rows[i]);
+  if (what == "coordinate") return {values, turns ? "rad" : "m"};
+  if (what == "rate") return {values, turns ? "rad/s" : "m/s"};
+  if (what == "motor_load") return {values, turns ? "N m" : "N"};
+  if (what == "dissipated_friction") return {values, "J"};
+  const std::vector<double>& times = records.times();
+  std::vector<double> acceleration(values.size(), 0);
+  for (std::size_t i = 1; i < values.size(); ++i)
     if (times[i] > times[i - 1])
-      acceleration[i] = (rate[i] - rate[i - 1]) / (times[i] - times[i - 1]);
+      acceleration[i] = (values[i] - values[i - 1]) / (times[i] - times[i - 1]);
   return {acceleration, turns ? "rad/s^2" : "m/s^2"};
 }
 
-Signal signal_of(const Recording& r, const Case& c, const Measure& m, const std::string& what) {
-  if (what == "time") return {r.frame_times(), "s"};
-  const bool is_frame = m.boundary.empty() && m.contact < 0 && m.coupling < 0;
-  return is_frame ? of_frame(r, c, m, what) : of_part(r, c, m, what);
+Signal signal_of(const PartRecords& records, const Case& c, const Measure& m,
+                 const std::string& what) {
+  if (what == "time") return {records.times(), "s"};
+  if (!m.boundary.empty() || m.contact >= 0 || m.coupling >= 0) return of_part(records, what);
+  return of_frame(records, c.model.frames[static_cast<std::size_t>(m.frame)],
+                  static_cast<std::size_t>(m.axis), what);
 }
 
 // So many of them, the first and the last included.
@@ -101,20 +104,18 @@ void add_folded(const Measure& m, const Signal& x, const Signal& y, const std::s
 
 std::vector<Response> curve_responses(const Recording& recording, const Case& c) {
   std::vector<Response> out;
-  const std::vector<double> times = recording.frame_times();
   for (const Measure& m : c.measures) {
     if (m.kind != Measure::Kind::curve) continue;
-    Signal x = signal_of(recording, c, m, m.x), y = signal_of(recording, c, m, m.y);
-    std::size_t frames = std::min(x.values.size(), y.values.size());
-    // The last frame may follow the one before it sooner, which a filter does not expect.
-    if (m.cfc > 0 && frames > 2 && times[frames - 1] - times[frames - 2] < 0.5 * c.frame_interval)
-      --frames;
-    if (frames < 2) continue;
-    x.values.resize(frames);
-    y.values.resize(frames);
+    const PartRecords records(recording, c, m, {m.x, m.y});
+    // A filter expects equal intervals.
+    const std::size_t rows = m.cfc > 0 ? records.regular_rows() : records.times().size();
+    if (rows < 2) continue;
+    Signal x = signal_of(records, c, m, m.x), y = signal_of(records, c, m, m.y);
+    x.values.resize(rows);
+    y.values.resize(rows);
     std::string method = fmt::format("{} over {} of \"{}\"", m.y, m.x, measured_part(c, m));
     if (m.cfc > 0) {
-      y.values = channel_filter(y.values, c.frame_interval, m.cfc);
+      y.values = channel_filter(y.values, records.interval(), m.cfc);
       method += fmt::format(", CFC {:g} of SAE J211-1", m.cfc);
     }
     const auto points = static_cast<std::size_t>(m.points);

@@ -13,16 +13,17 @@ namespace firn {
 
 std::vector<Response> load_responses(const Recording& recording, const Case& c) {
   std::vector<Response> out;
-  const std::vector<double> times = recording.frame_times();
   for (const Measure& m : c.measures) {
     if (m.kind != Measure::Kind::load) continue;
     const std::string part = measured_part(c, m);
-    const std::vector<double> rows = recording.series(part_group(c, m) + "force");
+    const PartRecords records(recording, c, m, {"force"});
+    const std::vector<double>& times = records.times();
+    const std::vector<double> rows = records.rows("force");
     const MeasuredSpan span = measured_span(recording, m.stage);
     const bool along = m.direction != Vec3::Zero();
     double impulse = 0, duration = 0, peak = -std::numeric_limits<double>::infinity();
     for (std::size_t i = 1; i < times.size() && 3 * i + 2 < rows.size(); ++i) {
-      // A frame's interval begins at the frame before. One that two stages share is left out.
+      // An interval begins at the row before. One that two stages share is left out.
       if (!span.includes(times[i - 1]) || !span.includes(times[i])) continue;
       const Vec3 force(rows[3 * i], rows[3 * i + 1], rows[3 * i + 2]);
       const double load = along ? force.dot(m.direction) : force.norm();
@@ -39,8 +40,13 @@ std::vector<Response> load_responses(const Recording& recording, const Case& c) 
               : "",
         m.stage.empty() ? "" : fmt::format(" in stage \"{}\"", m.stage));
     out.push_back({m.name + "_load_mean", {impulse / duration}, {}, "N", what + ", mean", 1});
-    out.push_back(
-        {m.name + "_load_peak", {peak}, {}, "N", what + ", largest mean over an output frame", 1});
+    out.push_back({m.name + "_load_peak",
+                   {peak},
+                   {},
+                   "N",
+                   fmt::format("{}, largest mean over {}", what,
+                               records.are_samples() ? "a sample" : "an output frame"),
+                   1});
   }
   return out;
 }

@@ -3,8 +3,11 @@
 #pragma once
 
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "experiments/case/case.h"
 #include "experiments/results/results_file.h"
@@ -19,13 +22,33 @@ inline std::string measured_part(const Case& c, const Measure& m) {
 }
 
 // Path of its group in the results file, with a slash at the end.
-inline std::string part_group(const Case& c, const Measure& m) {
-  const char* group = m.contact >= 0       ? "/boundary_contacts/"
-                      : m.coupling >= 0    ? "/couplings/"
-                      : m.boundary.empty() ? "/motion_frames/"
-                                           : "/boundaries/";
-  return group + measured_part(c, m) + "/";
-}
+std::string part_group(const Case& c, const Measure& m);
+
+// The records of the object: its samples, if all quantities that are asked for are sampled;
+// otherwise the frames.
+class PartRecords {
+ public:
+  // `quantities`: names of has_samples().
+  PartRecords(const Recording& recording, const Case& c, const Measure& m,
+              std::initializer_list<std::string_view> quantities);
+
+  bool are_samples() const { return samples_; }
+  // s, of the rows. Loads are means over the interval from the row before; the first row ends none.
+  const std::vector<double>& times() const { return times_; }
+  // Row by row.
+  std::vector<double> rows(std::string_view name) const;
+  // Only the last row may follow the one before it sooner than others do. Number of rows without
+  // such a one.
+  std::size_t regular_rows() const;
+  // s, between regular rows. At least two rows.
+  double interval() const;
+
+ private:
+  const Recording& recording_;
+  std::string group_;  // path in the results file, with a slash at the end
+  bool samples_ = false;
+  std::vector<double> times_;
+};
 
 struct MeasuredSpan {
   double start = 0, end = std::numeric_limits<double>::infinity();  // s
@@ -33,7 +56,7 @@ struct MeasuredSpan {
 };
 
 // Of the named stage, or of the whole run without a name; includes no time if the stage never came.
-// Times of stages are whole steps, those of frames too.
+// Times of stages are whole steps, those of frames and samples too.
 inline MeasuredSpan measured_span(const Recording& recording, const std::string& stage) {
   if (stage.empty()) return {};
   for (const StageRecord& s : recording.stages())

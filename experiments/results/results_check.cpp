@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <optional>
@@ -336,8 +337,9 @@ class Check {
     check_numbers("/frames/time", R::ascending, std::span(times).first(frames), {frames}, {}, 0);
     contents_.frames = frames;
     if (contents_.finished) return;
-    for (const auto& [symbol, path] :
-         {std::pair{"E", "/events/body_a"}, {"I", "/statistics/intervals/end"}}) {
+    for (const auto& [symbol, path] : {std::pair{"E", "/events/body_a"},
+                                       {"I", "/statistics/intervals/end"},
+                                       {"M", "/samples/time"}}) {
       const auto rows = contents_.rows.find(symbol);
       if (rows == contents_.rows.end()) continue;
       const std::vector<double> values = file_.read_rows(path, 0, rows->second);
@@ -406,7 +408,9 @@ void check_case(const Contents& contents, const hdf5::File& file, const Case& c)
                            "file",
                            g, names[g], c.sensors[g].name));
   }
-  for (const Column& column : result_columns(c)) {
+  std::vector<Column> columns = result_columns(c);
+  std::ranges::copy(sample_columns(c), std::back_inserter(columns));
+  for (const Column& column : columns) {
     const auto shape = contents.shapes.find(column.path);
     if (shape == contents.shapes.end()) continue;
     Shape expected{shape->second[0]};

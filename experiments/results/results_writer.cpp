@@ -1,11 +1,14 @@
 #include "experiments/results/results_writer.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "experiments/analysis/boundary_support.h"
 #include "experiments/analysis/sample_statistics.h"
+#include "experiments/case/samples.h"
 #include "experiments/results/body_number.h"
 #include "experiments/results/contact_statistics_results.h"
 #include "experiments/results/results_schema.h"
@@ -182,6 +185,26 @@ std::vector<Column> result_columns(const Case& c) {
   return columns;
 }
 
+std::vector<Column> sample_columns(const Case& c) {
+  std::vector<Column> columns;
+  if (c.samples.interval == 0) return columns;
+  columns.push_back({"/samples/time", "s", {}});
+  const auto add = [&](const std::string& part, const MotionFrame* frame) {
+    for (const SampledQuantity& q : sampled_quantities(frame)) {
+      const std::size_t width = q.by_joint ? frame->free->joints.size() : 3;
+      columns.push_back(
+          {fmt::format("/samples/{}/{}", part, q.name), std::string(q.unit), {width}});
+    }
+  };
+  for (int b : c.samples.boundaries)
+    add("boundaries/" + c.model.boundaries[static_cast<std::size_t>(b)].name, nullptr);
+  for (int f : c.samples.frames) {
+    const MotionFrame& frame = c.model.frames[static_cast<std::size_t>(f)];
+    add("motion_frames/" + frame.name, &frame);
+  }
+  return columns;
+}
+
 std::vector<double> frame_row(const Solver& solver, const Case& c, double interval) {
   Row row;
   row.add(solver.time());
@@ -271,6 +294,8 @@ void write_header(hdf5::File& file, const Case& c) {
   write_stages(file, stages_of(c), {});
   write_bonds(file, c, {});
   create_statistics(file, c);
+  for (const Column& column : sample_columns(c))
+    file.create_table(column.path, column.row, column.unit);
   // Readers go by this attribute: everything else is there before it.
   file.flush();
   file.set_attribute("/", "firn_version", std::string(firn_version()));

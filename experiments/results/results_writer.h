@@ -19,6 +19,10 @@ namespace firn {
 std::vector<Column> result_columns(const Case& c);
 std::vector<double> frame_row(const Solver& solver, const Case& c, double interval);
 
+// The columns under /samples, the time first, then boundaries and motion frames in the order of
+// Case::samples. Empty without [output.samples].
+std::vector<Column> sample_columns(const Case& c);
+
 // Writes attributes of the file and constant data.
 void write_header(hdf5::File& file, const Case& c);
 

@@ -60,6 +60,20 @@ void get(ByteReader& in, DriverState& state) {
   in.get(state.statistics);
 }
 
+void put(ByteWriter& out, const SampleState& state) {
+  out.put(state.started);
+  out.put(state.last_step);
+  out.put(state.rows);
+  out.put(state.taken);
+}
+
+void get(ByteReader& in, SampleState& state) {
+  in.get(state.started);
+  in.get(state.last_step);
+  in.get(state.rows);
+  in.get(state.taken);
+}
+
 // The same walk writes and reads.
 template <class Each, class T, class P>
 void walk(const Each& each, T& flow, P& watch) {
@@ -106,7 +120,8 @@ Driver::Driver(const Case& c, const RunOptions& options, Recorder* recorder, Run
       stages_(stages_of(c)),
       particle_flow_(c),
       watch_(c),
-      interference_(c) {
+      interference_(c),
+      sampler_(c, std::max<std::uint64_t>(1, to_steps(c, c.samples.interval))) {
   last_step_ = to_steps(case_, c.duration);
   // Without an interval, the first and the last frame alone.
   frame_steps_ = c.frame_interval > 0
@@ -118,9 +133,11 @@ Driver::Driver(const Case& c, const RunOptions& options, Recorder* recorder, Run
     state_steps_ = std::max<std::uint64_t>(1, to_steps(case_, c.state_interval));
 }
 
+// A checkpoint of a case without samples has no bytes for them.
 std::vector<std::byte> Driver::pack() const {
   ByteWriter out;
   put(out, state_);
+  if (case_.samples.interval > 0) put(out, sampler_.state);
   walk([&](const auto& value) { out.put(value); }, particle_flow_.state, watch_.state);
   out.put(solver_.save());
   return out.take();
@@ -131,12 +148,14 @@ void Driver::unpack(const std::vector<std::byte>& payload) {
   ByteReader in(payload);
   DriverState state;
   get(in, state);
+  SampleState samples;
+  if (case_.samples.interval > 0) get(in, samples);
   ParticleFlowState flow = particle_flow_.state;
   StageEventState watch = watch_.state;
   walk([&](auto& value) { in.get(value); }, flow, watch);
   std::vector<std::byte> bytes;
   in.get(bytes);
-  if (!fits(case_, stages_.size(), state, flow) ||
+  if (!fits(case_, stages_.size(), state, flow) || !sampler_.fits(samples) ||
       watch.closed.size() != case_.limit_switches.size() ||
       watch.above_since.size() != case_.limit_switches.size() ||
       std::ranges::any_of(watch.changes, [&](const SwitchChange& change) {
@@ -147,6 +166,7 @@ void Driver::unpack(const std::vector<std::byte>& payload) {
   state_ = std::move(state);
   particle_flow_.state = std::move(flow);
   watch_.state = std::move(watch);
+  sampler_.state = std::move(samples);
   resumed_ = true;
   save_wanted_ = false;
 }
@@ -163,8 +183,10 @@ void Driver::restore() {
       unpack(checkpoint.payload);
       safe_time_ = now();
       recorder_->truncate(state_.frames);
-      recorder_->with_file(
-          [&](hdf5::File& file) { truncate_statistics(file, case_, state_.statistics); });
+      recorder_->with_file([&](hdf5::File& file) {
+        truncate_statistics(file, case_, state_.statistics);
+        sampler_.truncate(file);
+      });
       checkpoints_ = checkpoint.sequence;
       advise();
       return;
@@ -187,7 +209,10 @@ RunSummary Driver::run() {
     const std::string end_reason = simulate();
     summary.status = end_reason.empty() ? RunStatus::interrupted : RunStatus::finished;
     summary.reason = end_reason.empty() ? "interrupted; the state is saved" : end_reason;
-    if (summary.status == RunStatus::finished) record_frame();
+    if (summary.status == RunStatus::finished) {
+      record_sample();
+      record_frame();
+    }
     finalize_results(to_string(summary.status));
   } catch (const WriteError& e) {
     summary.status = RunStatus::failed;
@@ -254,6 +279,7 @@ std::string Driver::simulate() {
       enter_stage(state_.stages.size());
       save_wanted_ = true;
     }
+    record_sample();
     if (solver_.steps() % frame_steps_ == 0) record_frame();
     if (!observe(false)) return {};
     solver_.step_deferred();
@@ -293,6 +319,7 @@ void Driver::enter_stage(std::size_t number) {
   state_.stage_start = solver_.steps();
   watch_.enter_stage();
   if (static_cast<int>(number) == case_.statistics_stage) solver_.start_statistics();
+  sampler_.begin(solver_, static_cast<int>(number), recorder_ != nullptr);
   particle_flow_.tag(stage.name, solver_);
   for (const std::string& name : stage.remove)
     solver_.remove_boundary(find_boundary(case_.model, name, case_.source));
@@ -323,15 +350,28 @@ void Driver::record_frame() {
     if (observer_.frame) observer_.frame(state_.frames, row);
     if (recorder_) recorder_->push(std::move(row));
   }
+  sampler_.before_clearing(solver_);
   solver_.clear_boundary_loads();
   state_.loads_cleared = solver_.steps();
   ++state_.frames;
+}
+
+void Driver::record_sample() {
+  if (!sampler_.is_due(solver_.steps())) return;
+  solver_.complete_step();
+  sampler_.take(solver_, recorder_ != nullptr);
+  if (sampler_.is_full()) write_samples();
+}
+
+void Driver::write_samples() {
+  if (recorder_) recorder_->with_file([&](hdf5::File& file) { sampler_.write(file); });
 }
 
 void Driver::save() {
   save_wanted_ = false;
   saved_ = Clock::now();
   write_statistics(false);
+  write_samples();
   if (!recorder_) return;
   solver_.complete_step();
   const std::vector<std::byte> payload = pack();
@@ -361,6 +401,7 @@ void Driver::advise() {
 void Driver::save_state() {
   solver_.complete_step();
   write_statistics(false);
+  write_samples();
   const std::vector<std::byte> payload = pack();
   recorder_->with_file([&](hdf5::File& file) { write_state(file, solver_.steps(), payload); });
 }
@@ -410,6 +451,7 @@ void Driver::finalize_results(const std::string& status) {
   if (!recorder_) return;
   solver_.complete_step();
   if (status != to_string(RunStatus::interrupted)) write_statistics(true);
+  write_samples();
   recorder_->with_file([&](hdf5::File& file) {
     write_progress(file);
     file.flush();  // before the status: a full disk must not leave one without its data

@@ -17,6 +17,7 @@
 #include "experiments/run/interference_check.h"
 #include "experiments/run/particle_flow.h"
 #include "experiments/run/run.h"
+#include "experiments/run/sampler.h"
 #include "experiments/run/stage_events.h"
 #include "experiments/system/interruption.h"
 
@@ -79,11 +80,13 @@ class Driver {
   void enter_stage(std::size_t number);
   void end_stage(const std::string& by);
   void record_frame();
+  void record_sample();     // if one is due
   bool observe(bool last);  // false: the observer ends the simulation
   void save();
   void advise();
   void save_state();
   void write_statistics(bool at_end);
+  void write_samples();
   void report();
   void finalize_results(const std::string& status);
   void write_progress(hdf5::File& file);
@@ -103,6 +106,7 @@ class Driver {
   ParticleFlow particle_flow_;
   StageEvents watch_;
   InterferenceMonitor interference_;
+  Sampler sampler_;
   std::uint64_t frame_steps_ = 1;
   std::uint64_t interference_steps_ = 1;
   std::uint64_t state_steps_ = 0;  // interval of saved states; 0: none are saved

@@ -287,6 +287,10 @@ lowest = "1e-9 J"
 [output]
 frame_interval = "0.5 ms"
 state_interval = "3 ms"
+[output.samples]
+interval = "0.3 ms"
+motion_frames = ["arm"]
+boundaries = ["panel"]
 )";
 
 inline Case full_case() { return read_case_text(kFullCase, "full.toml", "."); }

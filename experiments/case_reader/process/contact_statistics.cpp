@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "experiments/case_reader/model/boundaries.h"
+#include "experiments/case_reader/process/stages.h"
 #include "firn/mesh.h"
 
 namespace firn {
@@ -63,19 +64,6 @@ EnergyBins read_energies(const TomlTable& t) {
   return classes;
 }
 
-// Index of the stage with which statistics begin.
-int first_stage_of(const TomlTable& t, const std::vector<Stage>& stages) {
-  const std::string name = t.string("from_stage");
-  const auto it = std::ranges::find(stages, name, &Stage::name);
-  if (it != stages.end()) return static_cast<int>(it - stages.begin());
-  std::vector<std::string> names;
-  names.reserve(stages.size());
-  for (const Stage& stage : stages) names.push_back(fmt::format("\"{}\"", stage.name));
-  t.fail("from_stage", fmt::format("\"{}\" is no stage of the case; expected {}", name,
-                                   names.empty() ? "none, as it has no [[stages]]"
-                                                 : "one of " + comma_list(names)));
-}
-
 }  // namespace
 
 void read_statistics(const TomlTable& root, Case& c) {
@@ -86,7 +74,7 @@ void read_statistics(const TomlTable& root, Case& c) {
   t.allow({"merge_gap", "from_stage", "events", "compressive_loads", "boundary_maps",
            "particle_maps", "energy_spectrum"});
   options.merge_gap = t.quantity("merge_gap", dimension::time, Sign::non_negative, "0 s");
-  if (t.has("from_stage")) c.statistics_stage = first_stage_of(t, c.stages);
+  c.statistics_stage = optional_stage(t, "from_stage", c.stages);
   options.deferred = c.statistics_stage >= 0;
   options.compressive_loads = t.boolean("compressive_loads", false);
   if (t.has("events")) {

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 
 #include "experiments/analysis/channel_filter.h"
+#include "experiments/case/samples.h"
 #include "experiments/case_reader/model/boundaries.h"
 #include "experiments/case_reader/model/motion_frames.h"
 #include "experiments/text/toml_names.h"
@@ -84,15 +86,24 @@ void read_drum(const TomlTable& t, const Model& model, Measure& m) {
   m.begin = t.quantity("begin", dimension::time, Sign::non_negative);
 }
 
-// A channel frequency class needs a minimum number of frames per period.
-void require_samples(const TomlTable& t, double frame_interval, double cfc) {
-  if (!(frame_interval * kSamplesPerClass * cfc <= 1 + 1e-9))
-    t.fail("cfc", fmt::format("of {:g} Hz needs a sample every {:.3g} ms, and frames are {:.3g} ms "
-                              "apart; expected shorter output.frame_interval",
-                              cfc, 1e3 / (kSamplesPerClass * cfc), 1e3 * frame_interval));
+// A channel frequency class needs a minimum number of records per period. `quantities`: that are
+// filtered.
+void require_records(const TomlTable& t, const Case& c, const Measure& m,
+                     std::initializer_list<std::string_view> quantities) {
+  const bool sampled = has_samples(c, m, quantities);
+  const double interval = sampled ? c.samples.interval : c.frame_interval;
+  if (interval * kSamplesPerClass * m.cfc <= 1 + 1e-9) return;
+  t.fail("cfc",
+         fmt::format("of {:g} Hz needs a sample every {:.3g} ms, and {} are {:.3g} ms apart; "
+                     "expected {}",
+                     m.cfc, 1e3 / (kSamplesPerClass * m.cfc), sampled ? "samples" : "frames",
+                     1e3 * interval,
+                     sampled ? "a shorter output.samples.interval"
+                             : "a shorter output.frame_interval, or [output.samples] of the part"));
 }
 
-void read_accelerometer(const TomlTable& t, const Model& model, double frame_interval, Measure& m) {
+void read_accelerometer(const TomlTable& t, const Case& c, Measure& m) {
+  const Model& model = c.model;
   t.allow({"kind", "name", "motion_frame", "axis", "cfc"});
   m.frame = frame_index(t, "motion_frame", model.frames);
   m.axis = t.integer("axis", 0, 0);
@@ -102,7 +113,7 @@ void read_accelerometer(const TomlTable& t, const Model& model, double frame_int
       free->joints[static_cast<std::size_t>(m.axis)].kind == Joint::Kind::translation;
   if (!moves) t.fail("axis", "is no translation of a free motion frame; expected one");
   m.cfc = t.quantity("cfc", dimension::frequency, Sign::positive, "1000 Hz");
-  require_samples(t, frame_interval, m.cfc);
+  require_records(t, c, m, {"acceleration", "force"});
 }
 
 // Where responses cannot do without the name of their measure.
@@ -152,7 +163,8 @@ const Dimension& dimension_of_x(const Model& model, const Measure& m) {
   return joint.kind == Joint::Kind::rotation ? dimension::angle : dimension::length;
 }
 
-void read_curve(const TomlTable& t, const Model& model, double frame_interval, Measure& m) {
+void read_curve(const TomlTable& t, const Case& c, Measure& m) {
+  const Model& model = c.model;
   t.allow({"kind", "name", "boundary", "motion_frame", "boundary_contact", "coupling", "axis", "x",
            "x_period", "y", "points", "cfc"});
   require_one_body(t);
@@ -193,7 +205,7 @@ void read_curve(const TomlTable& t, const Model& model, double frame_interval, M
   m.points = t.integer("points", 2, 500);
   if (m.points > 20000) t.fail("points", "are too many for a response; expected 20000 at most");
   m.cfc = t.optional_quantity("cfc", dimension::frequency, Sign::positive).value_or(0);
-  require_samples(t, frame_interval, m.cfc);
+  require_records(t, c, m, {m.x, m.y});
 }
 
 void read_measured_stage(const TomlTable& t, const Case& c, Measure& m) {
@@ -248,10 +260,10 @@ std::vector<Measure> read_measures(const TomlTable& root, const Case& c) {
       t.allow({"kind", "name", "tag"});
     } else if (kind == "accelerometer") {
       m.kind = Measure::Kind::accelerometer;
-      read_accelerometer(t, model, c.frame_interval, m);
+      read_accelerometer(t, c, m);
     } else if (kind == "curve") {
       m.kind = Measure::Kind::curve;
-      read_curve(t, model, c.frame_interval, m);
+      read_curve(t, c, m);
     } else if (kind == "load") {
       m.kind = Measure::Kind::load;
       read_load(t, c, m);

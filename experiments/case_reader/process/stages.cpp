@@ -185,6 +185,19 @@ std::vector<Stage> read_stages(const TomlTable& root, const Case& c) {
   return stages;
 }
 
+int optional_stage(const TomlTable& t, std::string_view key, const std::vector<Stage>& stages) {
+  if (!t.has(key)) return -1;
+  const std::string name = t.string(key);
+  const auto it = std::ranges::find(stages, name, &Stage::name);
+  if (it != stages.end()) return static_cast<int>(it - stages.begin());
+  std::vector<std::string> names;
+  names.reserve(stages.size());
+  for (const Stage& stage : stages) names.push_back(fmt::format("\"{}\"", stage.name));
+  t.fail(key, fmt::format(
+                  "\"{}\" is no stage of the case; expected {}", name,
+                  names.empty() ? "none, as it has no [[stages]]" : "one of " + comma_list(names)));
+}
+
 void check_stage_names(const TomlTable& root, const Case& c) {
   for (const char* kind : {"fills", "inlets", "tag_rules"}) {
     for (const TomlTable& t : root.tables(kind))
