@@ -241,6 +241,7 @@ page::Page run_page(const std::string& results_file, const ReplayViewOptions& op
   stages_section(recording, page);
   figures_section("Passages", passage_figures(recording, c), page);
   figures_section("Loads on boundaries", load_figures(recording, c), page);
+  figures_section("Samples", sample_figures(recording, c), page);
   figures_section("Moving parts", motion_figures(recording, c), page);
   figures_section("Curves", measured_curve_figures(responses, c), page);
   figures_section("Energy", energy_figures(recording), page);

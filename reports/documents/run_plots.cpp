@@ -15,14 +15,20 @@
 namespace firn {
 namespace {
 
-plots::Series curve(const std::string& name, const Recording& recording,
+plots::Series curve(const std::string& name, const std::vector<double>& times,
                     const std::vector<double>& values) {
-  Curve c = downsampled_curve(recording.frame_times(), values);
+  Curve c = downsampled_curve(times, values);
   plots::Series series;
   series.name = name;
   series.x = std::move(c.x);
   series.y = std::move(c.y);
   return series;
+}
+
+// Of the frames.
+plots::Series curve(const std::string& name, const Recording& recording,
+                    const std::vector<double>& values) {
+  return curve(name, recording.frame_times(), values);
 }
 
 // NaN for none.
@@ -64,6 +70,23 @@ std::vector<double> column(const std::vector<double>& rows, std::size_t width, s
   std::vector<double> values;
   for (std::size_t i = k; i < rows.size(); i += width) values.push_back(rows[i]);
   return values;
+}
+
+// Rows of three as their lengths.
+std::vector<double> lengths(const std::vector<double>& rows) {
+  std::vector<double> all;
+  for (std::size_t i = 0; i + 2 < rows.size(); i += 3)
+    all.push_back(std::hypot(rows[i], rows[i + 1], rows[i + 2]));
+  return all;
+}
+
+// Means over the intervals that the times end; 0 for the first time.
+std::vector<double> derivative(const std::vector<double>& times,
+                               const std::vector<double>& values) {
+  std::vector<double> all(values.size(), 0);
+  for (std::size_t i = 1; i < values.size(); ++i)
+    all[i] = (values[i] - values[i - 1]) / (times[i] - times[i - 1]);
+  return all;
 }
 
 // How far something has turned, in degrees within one turn, from its orientations [T, 4] (w x y z).
@@ -243,6 +266,41 @@ std::vector<page::Figure> load_figures(const Recording& recording, const Case& c
   return figures;
 }
 
+std::vector<page::Figure> sample_figures(const Recording& recording, const Case& c) {
+  std::vector<page::Figure> figures;
+  if (c.samples.interval == 0) return figures;
+  const std::vector<double> times = recording.values("/samples/time");
+  const auto add = [&](const std::string& what, const std::string& unit, const std::string& name,
+                       const std::vector<double>& values, const std::string& caption) {
+    if (largest_magnitude(values) > 0)
+      figures.push_back(over_time(what, unit, {curve(name, times, values)}, caption));
+  };
+  const auto add_force = [&](const std::string& group, const std::string& name) {
+    add("force of contacts", "N", name, lengths(recording.values("/samples/" + group + "/force")),
+        fmt::format("{}: mean over each sample.", name));
+  };
+  for (const int b : c.samples.boundaries) {
+    const std::string& name = c.model.boundaries[static_cast<std::size_t>(b)].name;
+    add_force("boundaries/" + name, name);
+  }
+  for (const int f : c.samples.frames) {
+    const MotionFrame& frame = c.model.frames[static_cast<std::size_t>(f)];
+    const std::string group = "motion_frames/" + frame.name;
+    add_force(group, frame.name);
+    if (!frame.free || frame.free->joints.empty()) continue;
+    const std::size_t width = frame.free->joints.size();
+    const std::vector<double> rates = recording.values("/samples/" + group + "/rate");
+    for (std::size_t k = 0; k < width; ++k) {
+      const bool turns = frame.free->joints[k].kind == Joint::Kind::rotation;
+      const std::string which = width > 1 ? fmt::format(", axis {}", k + 1) : "";
+      add("acceleration", turns ? "rad/s^2" : "m/s^2", frame.name,
+          derivative(times, column(rates, width, k)),
+          fmt::format("{}{}: mean over each sample, not filtered.", frame.name, which));
+    }
+  }
+  return figures;
+}
+
 std::vector<page::Figure> motion_figures(const Recording& recording, const Case& c) {
   std::vector<page::Figure> figures = angle_figures(recording, c);
   for (const MotionFrame& frame : c.model.frames) {
@@ -268,10 +326,7 @@ std::vector<page::Figure> motion_figures(const Recording& recording, const Case&
               fmt::format("{}{}: what drives it, mean of each frame.", frame.name, which)));
       }
     }
-    std::vector<double> torque;
-    const std::vector<double> rows = recording.series(group + "/torque");
-    for (std::size_t i = 0; i + 2 < rows.size(); i += 3)
-      torque.push_back(std::hypot(rows[i], rows[i + 1], rows[i + 2]));
+    const std::vector<double> torque = lengths(recording.series(group + "/torque"));
     if (largest_magnitude(torque) > 0)
       figures.push_back(over_time("torque by contacts", "N m",
                                   {curve(frame.name, recording, torque)},

@@ -12,6 +12,8 @@ namespace firn {
 // Each is empty where the run has no data for it.
 std::vector<page::Figure> energy_figures(const Recording& recording);
 std::vector<page::Figure> load_figures(const Recording& recording, const Case& c);
+// Forces on what is sampled, and accelerations of its joints.
+std::vector<page::Figure> sample_figures(const Recording& recording, const Case& c);
 std::vector<page::Figure> motion_figures(const Recording& recording, const Case& c);
 std::vector<page::Figure> passage_figures(const Recording& recording, const Case& c);
 // Of measures of the kind "curve"; a folded one with its least and largest values as a band.

@@ -229,6 +229,37 @@ TEST_F(RunPage, ShowsAllTermsOfTheBalanceOfFreeBodies) {
   EXPECT_EQ(html.find("energy balance of free bodies"), html.npos);  // no warning
 }
 
+TEST_F(RunPage, DrawsSamples) {
+  RunOptions options;
+  options.results_file = folder_ / "samples.h5";
+  const std::string samples = R"(
+[[motion_frames]]
+name = "cup"
+[motion_frames.free]
+mass = "1 kg"
+center = "0 0 0 m"
+inertia = "1 1 1 kg m^2"
+[[motion_frames.free.joints]]
+kind = "translation"
+direction = [1, 0, 0]
+stiffness = "100 N/m"
+spring_reference = "20 mm"
+[output.samples]
+interval = "1 ms"
+boundaries = ["floor", "panel"]
+motion_frames = ["cup"]
+)";
+  const RunSummary summary = run(read_case_text(kFall + samples, "fall.toml", "."), options);
+  ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
+  const Recording recording(options.results_file);
+  const std::vector<page::Figure> figures = sample_figures(recording, read_case(recording));
+  // Nothing touches the panel or the cup, which the spring pulls with 100 N/m * 20 mm.
+  ASSERT_EQ(figures.size(), 2U);
+  expect_in(figures[0].alt, "force of contacts against time: floor at most ");
+  expect_in(figures[1].alt, "acceleration against time: cup at most 2 m/s^2");
+  expect_in(figures[1].caption, "cup: mean over each sample, not filtered.");
+}
+
 TEST_F(RunPage, DrawsMeasuredCurves) {
   RunOptions options;
   options.results_file = folder_ / "curves.h5";
