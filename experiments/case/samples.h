@@ -26,11 +26,18 @@ inline std::vector<SampledQuantity> sampled_quantities(const MotionFrame* frame)
   return all;
 }
 
-// Whether all of `names` are sampled of the boundary or motion frame of the measure; of these
-// names, "time" always is, and "acceleration" comes from "rate".
+// Whether the samples begin no later than the stage of a load, or the run without one.
+inline bool covers_load(const Case& c, const Measure& m) {
+  const auto stage = std::ranges::find(c.stages, m.stage, &Stage::name);
+  return c.samples.stage <= (m.stage.empty() ? 0 : stage - c.stages.begin());
+}
+
+// Whether all of `names` are sampled of the boundary or motion frame of the measure, in the whole
+// stage of a load. Of these names, "time" always is, and "acceleration" comes from "rate".
 inline bool has_samples(const Case& c, const Measure& m,
                         std::initializer_list<std::string_view> names) {
   if (m.contact >= 0 || m.coupling >= 0) return false;
+  if (m.kind == Measure::Kind::load && !covers_load(c, m)) return false;
   const bool is_frame = m.boundary.empty();
   const bool sampled =
       is_frame ? std::ranges::count(c.samples.frames, m.frame) > 0

@@ -217,6 +217,32 @@ TEST_F(Samples, MeasuresUseThem) {
   EXPECT_GT(curve->value.size(), 300U);
 }
 
+// Samples of a later stage do not change what a load says of an earlier one, or of the run.
+TEST_F(Samples, OfALaterStageLeaveLoadsToTheFrames) {
+  for (const char* stage : {"\"fall\"", "\"\"", "\"rest\""}) {
+    SCOPED_TRACE(stage);
+    const Override measured{"measure.2.stage", stage};
+    recording({measured}, "");
+    const double mean = value("tray_load_mean"), peak = value("tray_load_peak");
+    ASSERT_GT(mean, 0);
+    recording({measured, {"output.samples.from_stage", "rest"}}, "0.1 ms");
+    EXPECT_NEAR(value("tray_load_mean"), mean, 5e-3 * mean);
+    if (std::string(stage) == "\"rest\"")
+      EXPECT_GT(value("tray_load_peak"), peak);
+    else
+      EXPECT_EQ(value("tray_load_peak"), peak);
+  }
+}
+
+TEST_F(Samples, OfAStageThatNeverBeginsAreNone) {
+  const Recording r =
+      recording({{"output.samples.from_stage", "rest"}, {"case.duration", "20 ms"}}, "0.4 ms");
+  EXPECT_TRUE(r.values("/samples/time").empty());
+  EXPECT_TRUE(r.values("/samples/motion_frames/cup/rate").empty());
+  EXPECT_TRUE(std::isnan(value("cup_acceleration_peak")));
+  export_csv(r, path("csv"));
+}
+
 TEST_F(Samples, AreExportedUnderTheNamesOfFrames) {
   const Recording r = recording({{"case.duration", "10 ms"}}, "0.4 ms");
   export_csv(r, path("csv"));
