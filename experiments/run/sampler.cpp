@@ -8,7 +8,7 @@
 namespace firn {
 namespace {
 
-constexpr std::size_t kFullAt = 128 * 1024;  // values: 1 MB
+constexpr std::size_t kFullAt = std::size_t{128} * 1024;  // values: 1 MB
 
 // The values of a row but the time: loads as impulses since they were cleared, the rest as it is.
 class Reading {

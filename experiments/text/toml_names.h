@@ -15,6 +15,16 @@ namespace firn {
 int index_of(const TomlTable& table, std::string_view key, const std::string& name,
              const std::vector<std::string_view>& names, std::string_view what);
 
+// The same for elements that have a `name`.
+template <class Named>
+int index_of(const TomlTable& table, std::string_view key, const std::string& name,
+             const std::vector<Named>& all, std::string_view what) {
+  std::vector<std::string_view> names;
+  names.reserve(all.size());
+  for (const Named& one : all) names.emplace_back(one.name);
+  return index_of(table, key, name, names, what);
+}
+
 // Throws for a document of another kind. Kinds are known by the table that each has alone: case,
 // study, suite, sweep or optimization; `table`: that of the expected kind. A measurement is known
 // by its `status`.

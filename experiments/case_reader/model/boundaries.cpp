@@ -135,9 +135,7 @@ Boundary box_boundary(const std::string& name, int material, const Vec3& size, c
 
 int boundary_index(const TomlTable& table, std::string_view key, const std::string& name,
                    const std::vector<Boundary>& boundaries) {
-  std::vector<std::string_view> names;
-  for (const Boundary& b : boundaries) names.push_back(b.name);
-  return index_of(table, key, name, names, "boundary");
+  return index_of(table, key, name, boundaries, "boundary");
 }
 
 }  // namespace firn

@@ -16,10 +16,9 @@ constexpr std::string_view kWorld = "world";
 
 int body_index(const TomlTable& t, const std::string& name,
                const std::vector<MotionFrame>& frames) {
-  std::vector<std::string_view> names;
-  for (const MotionFrame& frame : frames) names.emplace_back(frame.name);
-  if (name == kWorld && std::ranges::find(names, kWorld) == names.end()) return -1;
-  return index_of(t, "between", name, names, "motion frame");
+  if (name == kWorld && std::ranges::find(frames, kWorld, &MotionFrame::name) == frames.end())
+    return -1;
+  return index_of(t, "between", name, frames, "motion frame");
 }
 
 bool turns(const TomlTable& t, const std::vector<MotionFrame>& frames, int frame, int joint) {

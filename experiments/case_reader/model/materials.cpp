@@ -145,9 +145,7 @@ InteractionTable read_interactions(const TomlTable& root, const std::vector<Mate
 
 int material_index(const TomlTable& table, std::string_view key,
                    const std::vector<Material>& materials) {
-  std::vector<std::string_view> names;
-  for (const Material& m : materials) names.push_back(m.name);
-  return index_of(table, key, table.string(key), names, "material");
+  return index_of(table, key, table.string(key), materials, "material");
 }
 
 }  // namespace firn

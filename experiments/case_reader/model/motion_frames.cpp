@@ -375,10 +375,7 @@ bool read_friction_coefficient(const TomlTable& t,
 }
 
 int frame_index(const TomlTable& t, std::string_view key, const std::vector<MotionFrame>& frames) {
-  std::vector<std::string_view> names;
-  names.reserve(frames.size());
-  for (const MotionFrame& f : frames) names.push_back(f.name);
-  return index_of(t, key, t.string(key), names, "motion frame");
+  return index_of(t, key, t.string(key), frames, "motion frame");
 }
 
 int optional_frame(const TomlTable& t, std::string_view key,

@@ -285,10 +285,7 @@ int shape_index(const TomlTable& table, std::string_view key, const std::vector<
 
 int shape_index(const TomlTable& table, std::string_view key, const std::string& name,
                 const std::vector<Shape>& shapes) {
-  std::vector<std::string_view> names;
-  names.reserve(shapes.size());
-  for (const Shape& s : shapes) names.push_back(s.name);
-  return index_of(table, key, name, names, "shape");
+  return index_of(table, key, name, shapes, "shape");
 }
 
 }  // namespace firn

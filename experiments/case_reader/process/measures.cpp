@@ -131,21 +131,13 @@ void require_one_body(const TomlTable& t) {
   require_name(t);
 }
 
-// The index of the element that `key` names.
-template <class Named>
-int named_index(const TomlTable& t, std::string_view key, const std::vector<Named>& all,
-                std::string_view what) {
-  std::vector<std::string_view> names;
-  for (const Named& one : all) names.push_back(one.name);
-  return index_of(t, key, t.string(key), names, what);
-}
-
 int contact_index(const TomlTable& t, const Model& model) {
-  return named_index(t, "boundary_contact", model.boundary_contacts, "boundary contact");
+  return index_of(t, "boundary_contact", t.string("boundary_contact"), model.boundary_contacts,
+                  "boundary contact");
 }
 
 int coupling_index(const TomlTable& t, const Model& model) {
-  return named_index(t, "coupling", model.couplings, "coupling");
+  return index_of(t, "coupling", t.string("coupling"), model.couplings, "coupling");
 }
 
 // Results have the energy that friction dissipates only where there is friction.

@@ -16,10 +16,8 @@ std::vector<int> read_listed(const TomlTable& t, std::string_view key,
                              const std::vector<Named>& all, std::string_view what) {
   std::vector<int> indices;
   if (!t.has(key)) return indices;
-  std::vector<std::string_view> names;
-  for (const Named& one : all) names.push_back(one.name);
   for (const std::string& name : t.strings(key)) {
-    const int index = index_of(t, key, name, names, what);
+    const int index = index_of(t, key, name, all, what);
     if (std::ranges::find(indices, index) != indices.end())
       t.fail(key, fmt::format("names \"{}\" twice; expected it once", name));
     indices.push_back(index);

@@ -68,17 +68,8 @@ int axis_of(const TomlTable& t, std::string_view key, const MotionFrame& frame) 
   return axis;
 }
 
-template <class Named>
-int named(const TomlTable& t, std::string_view key, const std::vector<Named>& all,
-          std::string_view what) {
-  std::vector<std::string_view> names;
-  names.reserve(all.size());
-  for (const Named& one : all) names.push_back(one.name);
-  return index_of(t, key, t.string(key), names, what);
-}
-
 void read_passed(const TomlTable& t, const Case& c, Stage& stage) {
-  stage.sensor = named(t, "sensor", c.sensors, "sensor");
+  stage.sensor = index_of(t, "sensor", t.string("sensor"), c.sensors, "sensor");
   if (t.has("count") == t.has("mass"))
     t.fail(t.has("mass") ? "mass" : "count", "expected one of count and mass");
   if (t.has("count")) stage.count = t.integer("count", 1);
@@ -160,7 +151,7 @@ Stage read_stage(const TomlTable& t, const Case& c) {
     stage.settle_time = t.quantity("settle_time", dimension::time, Sign::positive, "0.05 s");
   }
   if (stage.ends_on(EndEvent::switched))
-    stage.closed_switch = named(t, "switch", c.limit_switches, "switch");
+    stage.closed_switch = index_of(t, "switch", t.string("switch"), c.limit_switches, "switch");
   if (stage.ends_on(EndEvent::passed)) read_passed(t, c, stage);
   if (stage.ends_on(EndEvent::stalled)) read_stall(t, c, stage);
   if (stage.ends_on(EndEvent::force)) read_force(t, c, stage);
@@ -201,7 +192,7 @@ int optional_stage(const TomlTable& t, std::string_view key, const std::vector<S
 void check_stage_names(const TomlTable& root, const Case& c) {
   for (const char* kind : {"fills", "inlets", "tag_rules"}) {
     for (const TomlTable& t : root.tables(kind))
-      if (t.has("stage")) named(t, "stage", c.stages, "stage");
+      if (t.has("stage")) index_of(t, "stage", t.string("stage"), c.stages, "stage");
   }
 }
 
