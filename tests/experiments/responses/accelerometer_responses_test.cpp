@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -97,6 +98,23 @@ TEST_F(Accelerometer, ReadsTheSpringsAcceleration) {
   EXPECT_NEAR(value("cup_particle_mass_times_acceleration"),
               916.7 * 8e-6 * value("cup_acceleration_peak"), 1e-9);
   EXPECT_EQ(value("cup_contact_force_peak"), 0);
+}
+
+// Frames are whole steps apart: the filter goes by these, not by the interval that was asked for.
+TEST_F(Accelerometer, FiltersByTheIntervalsOfTheFrames) {
+  std::vector<double> peaks;
+  for (const char* interval : {"0.1 ms", "0.109 ms", "0.091 ms"}) {
+    const RunSummary summary =
+        run(read_case_text(kSpring, "spring.toml", ".",
+                           {{"output.frame_interval", interval}, {"measure.0.cfc", "60 Hz"}}),
+            options("run.h5"));
+    const auto peak =
+        std::ranges::find(summary.responses, "cup_acceleration_peak", &Response::name);
+    ASSERT_NE(peak, summary.responses.end());
+    peaks.push_back(peak->value.at(0));
+  }
+  EXPECT_EQ(peaks[1], peaks[0]);
+  EXPECT_EQ(peaks[2], peaks[0]);
 }
 
 TEST_F(Accelerometer, NeedsFramesAndAPartThatMoves) {
