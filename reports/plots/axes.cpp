@@ -198,7 +198,12 @@ double value_at(const std::vector<double>& values, std::size_t i) {
   return i < values.size() ? values[i] : kNone;
 }
 
-std::string axis_title(const Axis& axis) { return axis_label(axis.label, axis.unit); }
+// No line breaks within the unit: "N m" has a space that does not break.
+std::string axis_title(const Axis& axis) {
+  std::string unit;
+  for (const char c : axis.unit) unit += c == ' ' ? "\u00a0" : std::string(1, c);
+  return axis_label(axis.label, unit);
+}
 
 std::string title_lines(const Axis& axis, std::size_t width) {
   return gnuplot_lines(wrap_text(axis_title(axis), width, 2));
@@ -301,7 +306,11 @@ std::string rules_script(const std::vector<Rule>& vertical, const Extent& x,
     if (!shown({}, r.at)) continue;
     script += fmt::format(
         "set arrow from first {0:.17g}, graph 0 to first {0:.17g}, graph 1 nohead lw 1 dt 3 lc rgb "
-        "{1} back\nset label {2} at first {0:.17g}, graph {3} rotate by 90 offset {4},0 textcolor "
+        "{1} back\n",
+        r.at, color::muted);
+    if (r.text.empty()) continue;
+    script += fmt::format(
+        "set label {2} at first {0:.17g}, graph {3} rotate by 90 offset {4},0 textcolor "
         "rgb {1} font ',14'\n",
         r.at, color::muted,
         encode::gnuplot(shorten_text(r.text, both_ends(along) ? kHalf : kWhole)),
@@ -313,7 +322,11 @@ std::string rules_script(const std::vector<Rule>& vertical, const Extent& x,
     if (!shown({}, r.at)) continue;
     script += fmt::format(
         "set arrow from graph 0, first {0:.17g} to graph 1, first {0:.17g} nohead lw 1 dt 3 lc rgb "
-        "{1} back\nset label {2} at graph {3}, first {0:.17g} {4} offset 0,{5} textcolor rgb {1} "
+        "{1} back\n",
+        r.at, color::muted);
+    if (r.text.empty()) continue;
+    script += fmt::format(
+        "set label {2} at graph {3}, first {0:.17g} {4} offset 0,{5} textcolor rgb {1} "
         "font ',14'\n",
         r.at, color::muted,
         encode::gnuplot(shorten_text(r.text, both_ends(above) ? kAcrossHalf : kAcrossWhole)),

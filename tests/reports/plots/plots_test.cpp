@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <random>
 #include <regex>
@@ -370,6 +372,32 @@ TEST(Plots, ErrorsAndIntervalsOfBarsAreWithinTheAxis) {
           highest = std::max(highest, std::stod(text));
       EXPECT_GE(highest, 1.5 + error - 1e-9);
     }
+}
+
+TEST(Plots, RulesWithoutTextAreLinesAlone) {
+  XyPlot plot;
+  plot.series = {{"", {0, 1}, {0, 2}}};
+  const std::string bare = draw(plot);
+  plot.vertical = {{0.5, ""}};
+  plot.horizontal = {{1, ""}};
+  const std::string ruled = draw(plot);
+  EXPECT_EQ(texts(ruled), texts(bare));
+  const std::regex text("<text>"), line("stroke-dasharray|<path");
+  const auto count = [](const std::string& svg, const std::regex& what) {
+    return std::distance(std::sregex_iterator(svg.begin(), svg.end(), what), {});
+  };
+  EXPECT_EQ(count(ruled, text), count(bare, text));
+  EXPECT_GT(count(ruled, line), count(bare, line));
+}
+
+TEST(Plots, UnitsAreNotBroken) {
+  XyPlot plot;
+  plot.series = {{"", {0, 1}, {0, 2}}};
+  plot.y = {"torque of the contacts", "N m", false, {}, {}};  // 28 characters before the m
+  const std::vector<std::string> all = texts(draw(plot));
+  EXPECT_TRUE(std::ranges::none_of(all, [](const std::string& text) { return text == "m"; }));
+  EXPECT_TRUE(
+      std::ranges::any_of(all, [](const std::string& text) { return text.ends_with("N\u00a0m"); }));
 }
 
 }  // namespace
