@@ -46,7 +46,7 @@ void add_work_of_removed_bodies(const Model& model, const Workspace& w, State& s
     const bool a_gone = s.presence[index(pair.a)] != Presence::present;
     const bool b_gone = on_wall ? !s.boundary_present[index(pair.b - n)]
                                 : s.presence[index(pair.b)] != Presence::present;
-    if (a_gone == b_gone || (a_gone && on_wall)) continue;
+    if (a_gone == b_gone) continue;
     const BodyMotion a = motion_under_last_load(s, pair.a, a_gone),
                      b = motion_under_last_load(s, pair.b, b_gone && !on_wall);
     const Vec3 closing = a.velocity - b.velocity;

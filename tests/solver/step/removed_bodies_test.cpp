@@ -195,6 +195,46 @@ TEST(RemovedBoundary, ThatMovesHasDoneItsWork) {
   EXPECT_NEAR(energy_imbalance(solver.energy()), start, 0.02 * lost);
 }
 
+// What the plane still did to the particle in the last step counts as dissipated.
+TEST(RemovedParticle, FromAMovingPlaneLeavesTheWorkOfThePlane) {
+  for (const StrikingBody& body : striking_bodies()) {
+    SCOPED_TRACE(body.name);
+    Model model = struck_plane(body.shape);
+    model.statistics.events = true;
+    Motion up, turn;
+    up.velocity = {0.05, -0.1, 0.2};
+    turn.kind = Motion::Kind::rotation;
+    turn.axis = Vec3(1, -2, 3).normalized();
+    turn.angular_speed = 4;
+    model.boundaries[0].motions = {up, turn};
+    Solver solver(model);
+    solver.insert(0, {0, 0, body.height + 1e-6}, body.orientation, {0.1, 0.05, -0.2}, {2, 3, 1});
+    const double start = energy_imbalance(solver.energy());
+    scenes::run(solver, 2e-4);
+    double power = 0;  // W, of the plane
+    const BoundaryState& plane = solver.boundaries()[0];
+    for (const Contact& c : solver.contacts()) {
+      const Vec3 at = plane.velocity +
+                      plane.angular_velocity.cross(solver.particles().position[0] - plane.position);
+      power += c.force.dot(at) + c.moment_a.dot(plane.angular_velocity);
+    }
+    const double given = 0.5 * model.timestep * power;
+    EXPECT_GT(std::abs(given), 1e-8);
+    const Energy before = solver.energy();
+    EXPECT_NEAR(energy_imbalance(before) + given, start, 0.1 * std::abs(given));
+    solver.remove_particle(0);
+    solver.step();
+    const Energy after = solver.energy();
+    EXPECT_NEAR(energy_imbalance(after), start, 0.03 * std::abs(given));
+    EXPECT_NEAR(after.dissipated_boundaries - before.dissipated_boundaries, before.elastic + given,
+                0.03 * std::abs(given));
+    double listed = 0;
+    for (const ContactEvent& event : solver.take_events()) listed += event.dissipated;
+    for (const ContactEvent& event : solver.open_events()) listed += event.dissipated;
+    EXPECT_NEAR(listed, after.dissipated_boundaries, 1e-9 * std::abs(listed));
+  }
+}
+
 // A state that is saved between the removal and the next step leads to the same bits.
 TEST(RemovedBoundary, IsKeptInAState) {
   const StrikingBody body = striking_bodies()[2];
