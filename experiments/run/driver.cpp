@@ -357,7 +357,7 @@ void Driver::record_frame() {
 }
 
 void Driver::record_sample() {
-  if (!sampler_.is_due(solver_.steps())) return;
+  if (!sampler_.ends_interval(solver_.steps())) return;
   solver_.complete_step();
   sampler_.take(solver_, recorder_ != nullptr);
   if (sampler_.is_full()) write_samples();

@@ -80,7 +80,7 @@ class Driver {
   void enter_stage(std::size_t number);
   void end_stage(const std::string& by);
   void record_frame();
-  void record_sample();     // if one is due
+  void record_sample();     // at the end of an interval
   bool observe(bool last);  // false: the observer ends the simulation
   void save();
   void advise();

@@ -68,7 +68,7 @@ void Sampler::begin(const Solver& solver, int stage, bool kept) {
   take(solver, kept);
 }
 
-bool Sampler::is_due(std::uint64_t step) const {
+bool Sampler::ends_interval(std::uint64_t step) const {
   return state.started != 0 && step - state.last_step >= interval_;
 }
 

@@ -38,7 +38,7 @@ class Sampler {
   void before_clearing(const Solver& solver);
 
   // Whether an interval ends with this step.
-  bool is_due(std::uint64_t step) const;
+  bool ends_interval(std::uint64_t step) const;
   // Whether enough rows wait to be written.
   bool is_full() const;
   // Appends the rows that wait to the columns of the file.

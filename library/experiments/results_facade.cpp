@@ -1,15 +1,20 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "experiments/case_reader/case_from_results.h"
 #include "experiments/responses/measure.h"
 #include "experiments/results/results_file.h"
+#include "experiments/results/results_writer.h"
 #include "experiments/text/json_aliases.h"
 #include "firn/experiments/results.h"
 #include "library/experiments/convert_response.h"
 
 namespace firn::experiments {
+
+constexpr std::string_view kSamples = "/samples";
 
 struct Results::Impl {
   explicit Impl(const std::string& file) : recording(file), checked(read_case(recording)) {}
@@ -80,6 +85,29 @@ std::vector<Series> Results::series() const {
 
 std::vector<double> Results::series(const std::string& path) const {
   return impl_->recording.series(path);
+}
+
+std::vector<double> Results::sample_times() const {
+  if (impl_->checked.samples.interval == 0) return {};
+  return impl_->recording.values("/samples/time");
+}
+
+std::vector<Series> Results::samples() const {
+  std::vector<Series> all;
+  for (const Column& column : sample_columns(impl_->checked))
+    if (!column.row.empty())
+      all.push_back({column.path.substr(kSamples.size()), column.unit, column.row[0]});
+  return all;
+}
+
+std::vector<double> Results::samples(const std::string& path) const {
+  const std::vector<Series> all = samples();
+  if (std::ranges::count(all, path, &Series::path) == 0)
+    throw InputError(
+        fmt::format("{}: {} is not sampled; expected one of [output.samples] of the "
+                    "case",
+                    file(), path));
+  return impl_->recording.values(std::string(kSamples) + path);
 }
 
 std::string current_results_json(const std::string& text) {

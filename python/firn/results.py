@@ -98,6 +98,15 @@ class Results:
         or without the slash of /energy/kinetic in front."""
         return self._core.series(path if path.startswith("/") else "/" + path)
 
+    @property
+    def sample_times(self) -> _core.Floats:
+        """[M] s, of the samples that [output.samples] of the case recorded; empty without."""
+        return self._core.sample_times()
+
+    def samples(self, path: str) -> _core.Floats:
+        """[M] or [M, width] samples of a quantity: "motion_frames/container/force"."""
+        return self._core.samples(path if path.startswith("/") else "/" + path)
+
     # Tables
 
     def particles(self) -> pandas.DataFrame:
@@ -114,6 +123,10 @@ class Results:
     def series_list(self) -> pandas.DataFrame:
         """One row a series: path, unit, width."""
         return require_pandas().DataFrame(self._core.series_list(), columns=["path", "unit", "width"])
+
+    def sample_list(self) -> pandas.DataFrame:
+        """One row a quantity that is sampled: path, unit, width."""
+        return require_pandas().DataFrame(self._core.sample_list(), columns=["path", "unit", "width"])
 
     def response_table(self) -> pandas.DataFrame:
         """One row a response with a single value: name, value, uncertainty, unit, method."""

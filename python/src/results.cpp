@@ -36,6 +36,13 @@ py::dict particle_columns(const Results& results) {
   return columns;
 }
 
+// Path, unit and width of each.
+py::list list_of(const std::vector<experiments::Series>& series) {
+  py::list all;
+  for (const experiments::Series& s : series) all.append(py::make_tuple(s.path, s.unit, s.width));
+  return all;
+}
+
 }  // namespace
 
 void bind_results(py::module_& m) {
@@ -72,13 +79,7 @@ void bind_results(py::module_& m) {
            })
       .def("responses", &Results::responses)
       .def("measure", &Results::measure)
-      .def("series_list",
-           [](const Results& r) {
-             py::list all;
-             for (const experiments::Series& s : r.series())
-               all.append(py::make_tuple(s.path, s.unit, s.width));
-             return all;
-           })
+      .def("series_list", [](const Results& r) { return list_of(r.series()); })
       .def(
           "series",
           [](const Results& r, const std::string& path) -> py::array {
@@ -89,6 +90,17 @@ void bind_results(py::module_& m) {
             // Under an earlier name, which the list lacks.
             if (frames > 0 && values.size() > frames)
               return table_of(std::move(values), values.size() / frames);
+            return array_of(std::move(values));
+          },
+          py::arg("path"))
+      .def("sample_times", [](const Results& r) { return array_of(r.sample_times()); })
+      .def("sample_list", [](const Results& r) { return list_of(r.samples()); })
+      .def(
+          "samples",
+          [](const Results& r, const std::string& path) -> py::array {
+            std::vector<double> values = r.samples(path);
+            for (const experiments::Series& s : r.samples())
+              if (s.path == path && s.width > 1) return table_of(std::move(values), s.width);
             return array_of(std::move(values));
           },
           py::arg("path"));

@@ -67,6 +67,22 @@ def test_series(results):
         results.series("/weather")
 
 
+def test_samples(results, case, tmp_path):
+    assert len(results.sample_times) == len(results.sample_list()) == 0
+    sampled = case.edit({"output.samples.interval": "1 ms", "output.samples.boundaries": ["floor"]})
+    firn.run(sampled, tmp_path / "sampled.h5")
+    samples = firn.Results(tmp_path / "sampled.h5")
+    assert len(samples.sample_times) > 290 and samples.sample_times[0] == 0
+    listed = samples.sample_list().set_index("path")
+    assert listed.loc["/boundaries/floor/force", "unit"] == "N"
+    force = samples.samples("boundaries/floor/force")
+    assert force.shape == (len(samples.sample_times), 3)
+    # The floor bears the weight of both boxes.
+    assert force[-100:, 2].mean() == pytest.approx(-2 * 916.7 * 8e-6 * 9.81, rel=0.03)
+    with pytest.raises(firn.InputError, match="/boundaries/floor/weather is not sampled"):
+        samples.samples("/boundaries/floor/weather")
+
+
 def test_files_that_are_none(tmp_path):
     file = tmp_path / "no.h5"
     file.write_bytes(b"nothing of the kind")

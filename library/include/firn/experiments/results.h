@@ -38,7 +38,7 @@ struct Stage {
   std::string end_reason;     // "settled", "time", ...; empty while it is under way
 };
 
-// A quantity kept with every frame: shape [T, width] row by row.
+// A quantity kept with every frame, or sample: shape [T, width], or [M, width], row by row.
 struct Series {
   std::string path;  // "/energy/kinetic"
   std::string unit;  // "1" for a number
@@ -71,6 +71,10 @@ class Results {
   std::vector<Response> measure() const;    // measured now, by this version of the library
   std::vector<Series> series() const;
   std::vector<double> series(const std::string& path) const;  // [T * width]
+  // What [output.samples] of the case recorded, under the paths of series. Empty without samples.
+  std::vector<double> sample_times() const;  // [M] s
+  std::vector<Series> samples() const;
+  std::vector<double> samples(const std::string& path) const;  // [M * width]
 
  private:
   struct Impl;
