@@ -1,10 +1,9 @@
 #include "experiments/responses/measured_part.h"
 
-#include <algorithm>
-
 #include "experiments/case/samples.h"
 
 namespace firn {
+
 std::string part_group(const Case& c, const Measure& m) {
   const char* group = m.contact >= 0       ? "/boundary_contacts/"
                       : m.coupling >= 0    ? "/couplings/"
