@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "experiments/analysis/channel_filter.h"
+#include "experiments/analysis/recorded_rows.h"
 #include "experiments/responses/measured_part.h"
 
 namespace firn {
@@ -29,15 +30,15 @@ std::vector<Response> accelerometer_responses(const Recording& recording, const 
     const std::vector<Joint>& joints =
         c.model.frames[static_cast<std::size_t>(m.frame)].free->joints;
     const auto axis = static_cast<std::size_t>(m.axis);
-    const std::vector<double>& times = records.times();
-    const std::vector<double> rate = records.rows("rate"), force = records.rows("force");
-    std::vector<double> acceleration, along;
-    for (std::size_t i = 1; i < rows; ++i) {
-      const std::size_t at = i * joints.size() + axis;
-      acceleration.push_back((rate[at] - rate[at - joints.size()]) / (times[i] - times[i - 1]));
+    std::vector<double> acceleration =
+        rates_of_change(records.times(), row_column(records.rows("rate"), joints.size(), axis));
+    acceleration.resize(rows);
+    acceleration.erase(acceleration.begin());  // the first row ends no interval
+    const std::vector<double> force = records.rows("force");
+    std::vector<double> along;
+    for (std::size_t i = 1; i < rows; ++i)
       along.push_back(
           Vec3(force[3 * i], force[3 * i + 1], force[3 * i + 2]).dot(joints[axis].direction));
-    }
     const std::string name = m.prefix();
     const std::string method = fmt::format("largest magnitude, CFC {:g} of SAE J211-1", m.cfc);
     const double peak = largest(channel_filter(acceleration, records.interval(), m.cfc));

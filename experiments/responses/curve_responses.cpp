@@ -8,6 +8,7 @@
 
 #include "experiments/analysis/channel_filter.h"
 #include "experiments/analysis/folded_curve.h"
+#include "experiments/analysis/recorded_rows.h"
 #include "experiments/responses/measured_part.h"
 #include "experiments/results/results_file.h"
 
@@ -20,20 +21,12 @@ struct Signal {
   std::string unit;
 };
 
-// Rows of three as their lengths.
-std::vector<double> lengths(const std::vector<double>& rows) {
-  std::vector<double> all;
-  for (std::size_t i = 0; i + 2 < rows.size(); i += 3)
-    all.push_back(std::hypot(rows[i], rows[i + 1], rows[i + 2]));
-  return all;
-}
-
 // How far the origin is from where it was first.
 std::vector<double> displacement(std::vector<double> rows) {
   const std::vector<double> first(rows.begin(),
                                   rows.begin() + std::min<std::ptrdiff_t>(3, std::ssize(rows)));
   for (std::size_t i = 0; i < rows.size(); ++i) rows[i] -= first[i % 3];
-  return lengths(rows);
+  return row_lengths(rows);
 }
 
 // The dataset that a quantity comes from.
@@ -47,7 +40,7 @@ Signal of_part(const PartRecords& records, const std::string& what) {
   if (what == "displacement") return {displacement(rows), "m"};
   if (what == "peak_normal_force") return {rows, "N"};
   if (what == "dissipated_friction") return {rows, "J"};
-  return {lengths(rows), what == "force" ? "N" : "N m"};
+  return {row_lengths(rows), what == "force" ? "N" : "N m"};
 }
 
 Signal of_frame(const PartRecords& records, const MotionFrame& frame, std::size_t joint,
@@ -55,19 +48,13 @@ Signal of_frame(const PartRecords& records, const MotionFrame& frame, std::size_
   const std::size_t joints = frame.free->joints.size();
   const bool turns = frame.free->joints[joint].kind == Joint::Kind::rotation;
   const std::vector<double> rows = records.rows(source_of(what));
-  if (what == "force" || what == "reaction_force") return {lengths(rows), "N"};
-  std::vector<double> values;
-  for (std::size_t i = joint; i < rows.size(); i += joints) values.push_back(rows[i]);
+  if (what == "force" || what == "reaction_force") return {row_lengths(rows), "N"};
+  const std::vector<double> values = row_column(rows, joints, joint);
   if (what == "coordinate") return {values, turns ? "rad" : "m"};
   if (what == "rate") return {values, turns ? "rad/s" : "m/s"};
   if (what == "motor_load") return {values, turns ? "N m" : "N"};
   if (what == "dissipated_friction") return {values, "J"};
-  const std::vector<double>& times = records.times();
-  std::vector<double> acceleration(values.size(), 0);
-  for (std::size_t i = 1; i < values.size(); ++i)
-    if (times[i] > times[i - 1])
-      acceleration[i] = (values[i] - values[i - 1]) / (times[i] - times[i - 1]);
-  return {acceleration, turns ? "rad/s^2" : "m/s^2"};
+  return {rates_of_change(records.times(), values), turns ? "rad/s^2" : "m/s^2"};
 }
 
 Signal signal_of(const PartRecords& records, const Case& c, const Measure& m,

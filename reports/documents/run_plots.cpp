@@ -9,6 +9,7 @@
 #include <optional>
 #include <set>
 
+#include "experiments/analysis/recorded_rows.h"
 #include "experiments/text/units.h"
 #include "reports/plots/plots.h"
 
@@ -63,30 +64,6 @@ std::string quantity_words(const std::string& quantity, const std::string& unit)
   if (quantity == "coordinate") return unit == "m" ? "displacement" : "angle";
   if (quantity == "motor_load") return unit == "N" ? "drive force" : "drive torque";
   return page::words(quantity);
-}
-
-// One column of a series [T, width].
-std::vector<double> column(const std::vector<double>& rows, std::size_t width, std::size_t k) {
-  std::vector<double> values;
-  for (std::size_t i = k; i < rows.size(); i += width) values.push_back(rows[i]);
-  return values;
-}
-
-// Rows of three as their lengths.
-std::vector<double> lengths(const std::vector<double>& rows) {
-  std::vector<double> all;
-  for (std::size_t i = 0; i + 2 < rows.size(); i += 3)
-    all.push_back(std::hypot(rows[i], rows[i + 1], rows[i + 2]));
-  return all;
-}
-
-// Means over the intervals that the times end; 0 for the first time.
-std::vector<double> derivative(const std::vector<double>& times,
-                               const std::vector<double>& values) {
-  std::vector<double> all(values.size(), 0);
-  for (std::size_t i = 1; i < values.size(); ++i)
-    all[i] = (values[i] - values[i - 1]) / (times[i] - times[i - 1]);
-  return all;
 }
 
 // How far something has turned, in degrees within one turn, from its orientations [T, 4] (w x y z).
@@ -276,7 +253,8 @@ std::vector<page::Figure> sample_figures(const Recording& recording, const Case&
       figures.push_back(over_time(what, unit, {curve(name, times, values)}, caption));
   };
   const auto add_force = [&](const std::string& group, const std::string& name) {
-    add("force of contacts", "N", name, lengths(recording.values("/samples/" + group + "/force")),
+    add("force of contacts", "N", name,
+        row_lengths(recording.values("/samples/" + group + "/force")),
         fmt::format("{}: mean over each sample.", name));
   };
   for (const int b : c.samples.boundaries) {
@@ -294,7 +272,7 @@ std::vector<page::Figure> sample_figures(const Recording& recording, const Case&
       const bool turns = frame.free->joints[k].kind == Joint::Kind::rotation;
       const std::string which = width > 1 ? fmt::format(", axis {}", k + 1) : "";
       add("acceleration", turns ? "rad/s^2" : "m/s^2", frame.name,
-          derivative(times, column(rates, width, k)),
+          rates_of_change(times, row_column(rates, width, k)),
           fmt::format("{}{}: mean over each sample, not filtered.", frame.name, which));
     }
   }
@@ -312,13 +290,13 @@ std::vector<page::Figure> motion_figures(const Recording& recording, const Case&
       for (std::size_t k = 0; k < width; ++k) {
         const bool turns = frame.free->joints[k].kind == Joint::Kind::rotation;
         const std::string which = width > 1 ? fmt::format(", axis {}", k + 1) : "";
-        std::vector<double> displacements = column(coordinates, width, k);
+        std::vector<double> displacements = row_column(coordinates, width, k);
         for (double& w : displacements) w *= turns ? kRadToDeg : 1e3;
         if (largest_magnitude(displacements) > 0)
           figures.push_back(over_time(turns ? "angle" : "displacement", turns ? "deg" : "mm",
                                       {curve(frame.name, recording, displacements)},
                                       fmt::format("{}{}: where it is.", frame.name, which)));
-        const std::vector<double> drive = column(motors, width, k);
+        const std::vector<double> drive = row_column(motors, width, k);
         if (largest_magnitude(drive) > 0)
           figures.push_back(over_time(
               turns ? "drive torque" : "drive force", turns ? "N m" : "N",
@@ -326,7 +304,7 @@ std::vector<page::Figure> motion_figures(const Recording& recording, const Case&
               fmt::format("{}{}: what drives it, mean of each frame.", frame.name, which)));
       }
     }
-    const std::vector<double> torque = lengths(recording.series(group + "/torque"));
+    const std::vector<double> torque = row_lengths(recording.series(group + "/torque"));
     if (largest_magnitude(torque) > 0)
       figures.push_back(over_time("torque by contacts", "N m",
                                   {curve(frame.name, recording, torque)},
