@@ -60,20 +60,6 @@ void get(ByteReader& in, DriverState& state) {
   in.get(state.statistics);
 }
 
-void put(ByteWriter& out, const SampleState& state) {
-  out.put(state.started);
-  out.put(state.last_step);
-  out.put(state.rows);
-  out.put(state.taken);
-}
-
-void get(ByteReader& in, SampleState& state) {
-  in.get(state.started);
-  in.get(state.last_step);
-  in.get(state.rows);
-  in.get(state.taken);
-}
-
 // The same walk writes and reads.
 template <class Each, class T, class P>
 void walk(const Each& each, T& flow, P& watch) {
@@ -93,6 +79,14 @@ void walk(const Each& each, T& flow, P& watch) {
   each(watch.above_since);
   each(watch.closed);
   each(watch.changes);
+}
+
+template <class Each, class T>
+void walk(const Each& each, T& samples) {
+  each(samples.started);
+  each(samples.last_step);
+  each(samples.rows);
+  each(samples.taken);
 }
 
 // Whether every list of a checkpoint is as long as the case needs it.
@@ -137,8 +131,9 @@ Driver::Driver(const Case& c, const RunOptions& options, Recorder* recorder, Run
 std::vector<std::byte> Driver::pack() const {
   ByteWriter out;
   put(out, state_);
-  if (case_.samples.interval > 0) put(out, sampler_.state);
-  walk([&](const auto& value) { out.put(value); }, particle_flow_.state, watch_.state);
+  const auto put_value = [&](const auto& value) { out.put(value); };
+  if (case_.samples.interval > 0) walk(put_value, sampler_.state);
+  walk(put_value, particle_flow_.state, watch_.state);
   out.put(solver_.save());
   return out.take();
 }
@@ -149,10 +144,11 @@ void Driver::unpack(const std::vector<std::byte>& payload) {
   DriverState state;
   get(in, state);
   SampleState samples;
-  if (case_.samples.interval > 0) get(in, samples);
+  const auto get_value = [&](auto& value) { in.get(value); };
+  if (case_.samples.interval > 0) walk(get_value, samples);
   ParticleFlowState flow = particle_flow_.state;
   StageEventState watch = watch_.state;
-  walk([&](auto& value) { in.get(value); }, flow, watch);
+  walk(get_value, flow, watch);
   std::vector<std::byte> bytes;
   in.get(bytes);
   if (!fits(case_, stages_.size(), state, flow) || !sampler_.fits(samples) ||
